@@ -121,7 +121,15 @@ def _decisions(asked: Asked, told: Told, rng: np.random.Generator, thorough: boo
         told.conflict, told.whole = look.conflict, look.whole
         told.judged = "violated" if look.violation else "holds" if look.whole else ""
     if verdict is Verdict.PROVED:
-        _proved(asked, zoned, look, told, rng, one_of(FORGING))
+        forging_too = one_of(FORGING)
+        if look.violation is not None:
+            told.wrong.append(f"proved, but fails at {look.violation}")
+        if zoned.certificate is not None and forging_too:
+            text = to_json(zoned.certificate)
+            if read_game(text) != zoned.certificate:
+                told.wrong.append("a certificate reads back as another one")
+            for _ in range(2):
+                _forged(asked, asked.case, asked.question.profile, text, told, rng)
     elif verdict is Verdict.VACUOUS and judge.inhabited(asked.case, asked.seed):
         told.wrong.append("vacuous, though there is a state")
     elif verdict is Verdict.VIOLATED:
@@ -130,19 +138,6 @@ def _decisions(asked: Asked, told: Told, rng: np.random.Generator, thorough: boo
             _of_the_twin(asked, told, rng)
     if one_of(FRONT):
         _front(asked, told)
-
-
-def _proved(
-    asked: Asked, zoned: Zoned, look: judge.Look, told: Told, rng: np.random.Generator, forging_too: bool
-) -> None:
-    if look.violation is not None:
-        told.wrong.append(f"proved, but fails at {look.violation}")
-    if zoned.certificate is not None and forging_too:
-        text = to_json(zoned.certificate)
-        if read_game(text) != zoned.certificate:
-            told.wrong.append("a certificate reads back as another one")
-        for _ in range(2):
-            _forged(asked, asked.case, asked.question.profile, text, told, rng)
 
 
 def _of_the_twin(asked: Asked, told: Told, rng: np.random.Generator) -> None:
@@ -233,7 +228,16 @@ def _front(asked: Asked, told: Told) -> None:
     if empty and judge.inhabited(asked.case, asked.seed) and not judge.idle(asked.case, asked.seed):
         told.wrong.append("vacuous, though a state meets each left side")
     if result.verdict is Verdict.PROVED:
-        _met(asked, result, told)
+        # the states of a certificate must meet its left sides, by the judge
+        certificate = result.evidence.certificate
+        for premise in (certificate.claim.premises or ()) if certificate is not None else ():
+            said = forging.formula_of(formula_document(premise.formula))
+            claim = {**asked.case.claim, "name": "formula", "of": "", "landmarks": (), "formula": ("not", said)}
+            claim |= {"assume": None, "eps": Fraction(0)}
+            exact = asked.case.semantics == REAL
+            state = {name: value if exact else float(value) for name, value in premise.state.items()}
+            if not judge.violates(replace(asked.case, claim=claim), state, premise.goal or None):
+                told.wrong.append(f"says that {premise.state} meets {premise.formula}")
     if result.evidence.counterexample is not None:
         told.judged = "violated"
         _shown(asked.case, result.evidence.counterexample.state, told)
@@ -242,19 +246,6 @@ def _front(asked: Asked, told: Told) -> None:
                 asked.case, result.evidence.counterexample.state, result.evidence.explanation, look, told, asked.seed
             )
     _room(asked, result, told)
-
-
-def _met(asked: Asked, result: Result, told: Told) -> None:
-    """The states of a certificate must meet its left sides, by the judge."""
-    certificate = result.evidence.certificate
-    for premise in (certificate.claim.premises or ()) if certificate is not None else ():
-        said = forging.formula_of(formula_document(premise.formula))
-        claim = {**asked.case.claim, "name": "formula", "of": "", "landmarks": (), "formula": ("not", said)}
-        claim |= {"assume": None, "eps": Fraction(0)}
-        exact = asked.case.semantics == REAL
-        state = {name: value if exact else float(value) for name, value in premise.state.items()}
-        if not judge.violates(replace(asked.case, claim=claim), state, premise.goal or None):
-            told.wrong.append(f"says that {premise.state} meets {premise.formula}")
 
 
 def _room(asked: Asked, result: Result, told: Told) -> None:

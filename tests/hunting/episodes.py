@@ -176,7 +176,19 @@ def ask(asked: Asked, thorough: bool = False) -> Told:
         told.verdict = result.verdict.value
         violation, told.conflict = playing.look(asked.case, asked.seed)
         told.judged = "violated" if violation else ""
-        _judged(asked, result, violation, told)
+        case = asked.case
+        if told.verdict == "PROVED" and violation is not None:
+            told.wrong.append(f"proved, but fails at {violation}")
+        if told.verdict == "VACUOUS" and violation is not None:
+            told.wrong.append(f"vacuous, but fails at {violation}")
+        if told.verdict == "VIOLATED":
+            state = result.evidence.state
+            assert state is not None
+            told.judged = "violated"
+            if not playing.violates(case, state.position, state.goal):
+                told.wrong.append(f"shows {state}, from where the claim holds")
+            elif result.evidence.explanation is not None:
+                _explained(case, result, told)
         if result.evidence.certificate is not None:
             told.second = True  # the second reading closed every branch
             if thorough or rng.integers(FORGING) == 0:
@@ -191,22 +203,6 @@ def few_samples(question: EpisodeQuestion) -> EpisodeResult:
         return verify_episodes(question, {})
     finally:
         front.SAMPLES = usual
-
-
-def _judged(asked: Asked, result: EpisodeResult, violation: Any, told: Told) -> None:
-    case = asked.case
-    if told.verdict == "PROVED" and violation is not None:
-        told.wrong.append(f"proved, but fails at {violation}")
-    if told.verdict == "VACUOUS" and violation is not None:
-        told.wrong.append(f"vacuous, but fails at {violation}")
-    if told.verdict == "VIOLATED":
-        state = result.evidence.state
-        assert state is not None
-        told.judged = "violated"
-        if not playing.violates(case, state.position, state.goal):
-            told.wrong.append(f"shows {state}, from where the claim holds")
-        elif result.evidence.explanation is not None:
-            _explained(case, result, told)
 
 
 def _explained(case: Case, result: EpisodeResult, told: Told) -> None:

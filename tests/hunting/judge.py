@@ -173,7 +173,11 @@ def violating(case: Case, states: Array, goal: str | None, rng: np.random.Genera
     if states.dtype == object:
         bad = np.flatnonzero(_exactly(case, states, goal))
         return _found(case, states, goal, {}, int(bad[0])) if len(bad) else None
-    within, kept = _rounded(case, states, goal)
+    # which states lie in the region, and where the claim holds, by float64 numbers
+    at = case.at(states, goal)
+    scene = Scene(case.profile, at, goal, acting(case.team, at, case.semantics))
+    boxed = case.boxed(states)
+    within, kept = Truth(boxed, boxed) & related(case.region, scene), holds(case.claim, scene)
     clear = np.flatnonzero(within.surely & ~kept.possibly)[:MAX_CLEAR]
     open_rows = rng.permutation(np.flatnonzero(within.possibly & ~kept.surely & (within.surely <= kept.possibly)))
     if case.semantics == REAL:  # float64 numbers only hint at what exact ones decide
@@ -183,14 +187,6 @@ def violating(case: Case, states: Array, goal: str | None, rng: np.random.Genera
         if len(bad):
             return _found(case, states[rows], goal, {}, int(bad[0]))
     return None
-
-
-def _rounded(case: Case, states: Array, goal: str | None) -> tuple[Truth, Truth]:
-    """Which states lie in the region, and where the claim holds, by float64 numbers."""
-    at = case.at(states, goal)
-    scene = Scene(case.profile, at, goal, acting(case.team, at, case.semantics))
-    boxed = case.boxed(states)
-    return Truth(boxed, boxed) & related(case.region, scene), holds(case.claim, scene)
 
 
 def _found(case: Case, states: Array, goal: str | None, errors: Mapping[str, Array], row: int) -> Violation:

@@ -157,7 +157,13 @@ def formula(node: Any, scene: Scene, claim: Mapping[str, Any]) -> Truth:
         chosen = scene.actions[parts[0]] == parts[1]
         return Truth(chosen, chosen)
     if kind in ("closes", "at", "engaged"):
-        return _predicate(kind, parts, scene, claim)
+        name, target, *bound = parts
+        if kind == "at":
+            return scene.near(name, target, bound[0] if bound else claim["radius"])
+        margin = bound[0] if bound else claim["margin"]
+        return scene.closes(name, target, margin) | (
+            scene.near(name, target, claim["radius"]) if kind == "engaged" else always(scene.count, False)
+        )
     return _relation(kind, *(_sum(part, scene) for part in parts), scene)
 
 
@@ -172,16 +178,6 @@ def left_sides(node: Any) -> list[Any]:
     if len(denied) == len(parts):
         return denied
     return [("and", *denied)] if denied else []
-
-
-def _predicate(kind: str, parts: Sequence[Any], scene: Scene, claim: Mapping[str, Any]) -> Truth:
-    name, target, *bound = parts
-    if kind == "at":
-        return scene.near(name, target, bound[0] if bound else claim["radius"])
-    margin = bound[0] if bound else claim["margin"]
-    return scene.closes(name, target, margin) | (
-        scene.near(name, target, claim["radius"]) if kind == "engaged" else always(scene.count, False)
-    )
 
 
 def _relation(kind: str, left: tuple[Any, Any], right: tuple[Any, Any], scene: Scene) -> Truth:

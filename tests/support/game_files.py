@@ -22,7 +22,12 @@ def world_file(profile: PolicyProfile, region: Region, goal: str | None) -> str:
     speed limits, and for a region that is no convex set.
     """
     world = profile.world
-    _ensure_free(world, region)
+    if world.contact_force and sum(entity.collides for entity in world.agents + world.landmarks) > 1:
+        raise InputError("a game with contacts is no piecewise affine system", world.name, "ask without --world")
+    if any(agent.max_speed is not None for agent in world.agents):
+        raise InputError("a speed limit along a circle is not affine", world.name, "ask without --world")
+    if region.apart:
+        raise InputError("a region that keeps entities apart is not convex", region.name, "leave apart out")
     lines = [f'name = "{world.name}"', f"steps = {world.episode_steps}", f'dt = "{_exact(world.dt)} s"', ""]
     lines += ["[variables]"]
     for name in _variables(world):
@@ -32,15 +37,6 @@ def world_file(profile: PolicyProfile, region: Region, goal: str | None) -> str:
         lines += ["", *_agent(policy, world, goal)]
     lines += ["", *_start(world, region), "", "[dynamics.next]", *_motion(world)]
     return "\n".join(lines) + "\n"
-
-
-def _ensure_free(world: WorldSpec, region: Region) -> None:
-    if world.contact_force and sum(entity.collides for entity in world.agents + world.landmarks) > 1:
-        raise InputError("a game with contacts is no piecewise affine system", world.name, "ask without --world")
-    if any(agent.max_speed is not None for agent in world.agents):
-        raise InputError("a speed limit along a circle is not affine", world.name, "ask without --world")
-    if region.apart:
-        raise InputError("a region that keeps entities apart is not convex", region.name, "leave apart out")
 
 
 def _exact(number: float) -> str:
