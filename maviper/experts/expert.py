@@ -9,7 +9,7 @@ Does not: know any kind of expert; say what happens beyond its horizon.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
@@ -83,7 +83,7 @@ class Measured:
     horizon: int = 0
     gamma: float = GAMMA
     critic: ClassVar = MEASURED
-    centralized: ClassVar = True  # Q depends on everybody's actions
+    centralized: bool = field(default=True, init=False, repr=False)  # Q depends on everybody's actions
 
     def __post_init__(self) -> None:
         self.world.branch()

@@ -8,9 +8,9 @@ Does not: learn, or give a critic (expert.py measures one).
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -39,7 +39,7 @@ class Scripted:
 
     world: World
     hash: str = ""
-    centralized: ClassVar = True  # a script sees everything
+    centralized: bool = field(default=True, init=False, repr=False)  # a script sees everything
 
     @property
     def agents(self) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ Weights are float32 and the pass runs in float64, as for our own networks (netwo
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -84,7 +84,7 @@ class LayersExpert:
     normalization: Normalization | None = None
     card: Mapping[str, Any] = field(default_factory=dict[str, Any])
     hash: str = ""
-    centralized: ClassVar = False  # the network sees an agent's own observation only
+    centralized: bool = field(default=False, init=False, repr=False)  # the network sees an agent's own observation only
     _wide: Sequence[tuple[Float64, Float64]] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
