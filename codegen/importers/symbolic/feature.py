@@ -97,7 +97,10 @@ class Step:
 def arithmetic_step(key: str, sign: str, number: Any, compute: Callable[[Any, Any], Any], *, turned: bool) -> Step:
     """A sum with a number, a difference, product or quotient. `turned`: the number stands first."""
     falls = (sign == "-" and turned) or (sign in "*/" and number < 0)
-    apply = (lambda value: compute(number, value)) if turned else (lambda value: compute(value, number))
+
+    def apply(value: Any) -> Any:
+        return compute(number, value) if turned else compute(value, number)
+
     return Step(key, apply, FALLING if falls else RISING, form=("c-" if sign == "-" and turned else sign, number))
 
 
