@@ -29,6 +29,7 @@ from verify.kinds import MACHINE
 from verify.question import DecisionQuestion
 from verify.reach import programs
 from verify.reach.decide import ClaimSearch
+from verify.solver.solve import Answer
 from verify.states import shares
 from verify.systems import lowered, properties
 from verify.systems.lowered import Errors
@@ -84,7 +85,7 @@ def _nobody(patch: Any) -> None:
 def _real(patch: Any) -> None:
     """States that violate a claim in real arithmetic are sought by it, but judged and simplified by the machine's."""
     violates, violating, shortfall = search.violates, shares.violating, search.shortfall
-    confirmed = search.confirm_point
+    confirmed, ask = search.confirm_point, search.ask
 
     def float_states_only(question: DecisionQuestion, *given: Any) -> Any:
         try:
@@ -96,7 +97,8 @@ def _real(patch: Any) -> None:
     patch.setattr(search, "draw_states", shares.draw_states.__wrapped__)  # nothing that was drawn without the fault
     patch.setattr(shares, "violating", lambda question, states: violating(question.by(MACHINE), states))
     patch.setattr(search, "shortfall", lambda question, state: shortfall(question.by(MACHINE), state))
-    patch.setattr(search, "_failing_in_both", lambda *given: [])
+    patch.setattr(search, "in_both", lambda *given: None)  # what fails in both arithmetics is not asked
+    patch.setattr(search, "ask", lambda query, units: Answer(None, None, 0) if query is None else ask(query, units))
     patch.setattr(search, "_simplify_model", lambda question, goal, model: (None, 0))
     patch.setattr(search, "confirm_point", float_states_only)
     patch.setattr(judging, "confirm_point", float_states_only)
