@@ -6,8 +6,11 @@ import pytest
 from maviper.experts import cards, network
 from maviper.experts.cards import Request
 from maviper.experts.expert import AS_GIVEN
-from maviper.experts.training.nets import LEAST_POINTS, LEAST_SHARE, Scale, measure_scale
 from maviper.worlds import find
+
+nets = pytest.importorskip("maviper.experts.training.nets", reason="the extra maviper[train]", exc_type=ImportError)
+LEAST_POINTS, LEAST_SHARE, Scale = nets.LEAST_POINTS, nets.LEAST_SHARE, nets.Scale
+measure_scale = nets.measure_scale
 
 NAMES = ("physical-deception", "predator-prey,observation=mpe2")
 
