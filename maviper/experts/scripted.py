@@ -79,8 +79,8 @@ class Scripted:
 class Landing:
     """Choosing the action that brings an agent onto a point and keeps it there.
 
-    All sequences of PLANNED actions are tried, coasting after them; the first action of the one with the least summed
-    distance over HORIZON steps is taken (the first of equals). Exact while nothing pushes and no speed limit binds.
+    All sequences of PLANNED actions are tried, coasting after them; the first action of the one with the least sum of
+    distances over HORIZON steps is taken (the first of equals). Exact while nothing pushes and no speed limit binds.
     """
 
     def __init__(self, world: World) -> None:
@@ -135,7 +135,7 @@ class Landing:
         return first
 
     def _costs(self, force: float, asked: Float64, digits: type[np.floating[Any]]) -> Any:
-        """The summed distances of all plans, [n_plans, batch], in so many digits."""
+        """The sums of the distances of all plans, [n_plans, batch], in so many digits."""
         left = (asked[:2, None] - self.coasted * asked[2:, None]).astype(digits)
         moved = (self.moved * force).astype(digits)
         first, second = _distances(left[:, :2], moved[:, :2, :: self.further])  # they depend on the first action alone

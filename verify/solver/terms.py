@@ -99,7 +99,7 @@ class _Home(threading.local):
         self.context = z3.Context()
         z3.Z3_enable_concurrent_dec_ref(self.context.ref())  # Python frees terms in whichever thread collects them
         self.compared = lru_cache(maxsize=MAX_KNOWN)(_compare_terms)
-        self.summed = lru_cache(maxsize=MAX_KNOWN)(_sum_terms)
+        self.totalled = lru_cache(maxsize=MAX_KNOWN)(_sum_terms)
 
 
 def number(value: Fraction) -> Real:
@@ -171,7 +171,7 @@ def on_line(measured: Real, line: HalfLine) -> tuple[Test, Test]:
 
 def sum_terms(terms: Terms) -> Real:
     """The sum of unknowns, each with its weight."""
-    return _home.summed(terms)
+    return _home.totalled(terms)
 
 
 def _sum_terms(terms: Terms) -> Real:

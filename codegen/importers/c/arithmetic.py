@@ -293,7 +293,10 @@ class Arithmetic:
         if sign in "+-":
             self._ensure_exact_product(given.feature, kind, c)
         compute, key = FLOATING[sign], f"{sign}{c!r}{first}{kind}"
-        joined = (lambda v, c: make(compute(make(v), c))) if first else (lambda c, v: make(compute(c, make(v))))
+
+        def joined(one: Any, other: Any) -> Any:
+            return make(compute(make(one), make(other)))
+
         return _then(given, features.arithmetic_step(key, sign, c, joined, turned=not first))
 
     def _ensure_exact_product(self, feature: Feature, kind: Kind, added: Any) -> None:

@@ -71,7 +71,7 @@ class CooperativeNavigation(ParticleWorld):
         return (*mine["velocity"], *mine["position"], *apart, *words)
 
     def rewards(self, state: WorldState) -> Float64:
-        """Half of minus the summed distance of the targets to their nearest agents, half of minus own collisions."""
+        """Half of minus the sum of distances of targets to their nearest agents, half of minus own collisions."""
         return self._paid(state, self._collisions(state)).T
 
     def reward(self, state: WorldState, agent: int) -> Float64:
@@ -130,7 +130,7 @@ class CooperativeNavigation(ParticleWorld):
         return collisions
 
     def values(self, states: Sequence[WorldState]) -> Float64:
-        """D: mean over steps of the summed distance to the nearest agents. Collisions: mean over steps and agents.
+        """D: mean over steps of the sum of distances to the nearest agents. Collisions: mean over steps and agents.
         Success: at some one step every target has an agent of its own within the radius, and nobody ever collides.
         """
         distance = list[Float64]()
