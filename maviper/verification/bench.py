@@ -59,10 +59,6 @@ class ReplayBuild:
 
         return ReplayedC.of(self.profile)
 
-    def act(self, agent: str, obs: ir.Floats) -> Int32:
-        """The actions of an agent at observations [batch, n_features]; the code is compiled for the first ones."""
-        return self.library.act(agent, obs)
-
     def __enter__(self) -> ReplayBuild:
         return self
 
@@ -80,7 +76,8 @@ def rollouts(made: ReplayBuild, world: ParticleWorld | None) -> Mapping[str, Epi
         "simulator": partial(_simulate_episode, profile, world, partial(_by_tree, profile))
     }
     if made.compilable:
-        players["compiled C"] = partial(_simulate_episode, profile, world, made.act)
+        compiled = partial(_simulate_episode, profile, world, lambda agent, obs: made.library.act(agent, obs))
+        players["compiled C"] = compiled  # with the first replay
     players[escape_text(profile.world.reference)] = partial(_episode_in_reference, profile, world)
     return players
 
@@ -218,7 +215,7 @@ def _in_compiled(made: ReplayBuild, profile: ir.PolicyProfile, team: str, state:
     actions: list[int] = []
     for policy in profile.team(team):
         agent = policy.agent if policy.agent in known else policy.agent.removesuffix(RAISED).removesuffix(MIRRORED)
-        actions.append(int(made.act(agent, observe_state(profile, policy, state))[0]))
+        actions.append(int(made.library.act(agent, observe_state(profile, policy, state))[0]))
     return actions
 
 

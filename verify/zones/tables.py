@@ -285,17 +285,7 @@ def find_barred_sides(
     All tests of a path share the feature's error, so such a side is empty though, each with an error of its own, the
     tests could pass together. Linear sides alone have errors; a threshold's place among those of its feature decides.
     """
-    tree = policy.tree
-    ends: dict[int, dict[tuple[Fraction, bool], list[float]]] = {}
-    for (feature, threshold), (side, _) in splits.items():
-        if isinstance(side, Linear):
-            ends.setdefault(feature, {}).setdefault((side.bound, not side.strict), []).append(threshold)
-    places = {  # of each split with linear sides its place among the feature's; equal sides share
-        (feature, threshold): place
-        for feature, of_feature in ends.items()
-        for place, end in enumerate(sorted(of_feature))
-        for threshold in of_feature[end]
-    }
+    tree, places = policy.tree, _places(splits)
     barred: set[tuple[int, int]] = set()
     waiting: list[tuple[int, dict[int, tuple[int, int]]]] = [(ROOT, {})]
     while waiting:
@@ -316,6 +306,20 @@ def find_barred_sides(
             else:
                 barred.add((node, side))
     return frozenset(barred)
+
+
+def _places(splits: Mapping[tuple[int, float], tuple[Formula, Formula]]) -> dict[tuple[int, float], int]:
+    """(feature, threshold) of each split with linear sides -> its place among the feature's; equal sides share."""
+    ends: dict[int, dict[tuple[Fraction, bool], list[float]]] = {}
+    for (feature, threshold), (left, _) in splits.items():
+        if isinstance(left, Linear):
+            ends.setdefault(feature, {}).setdefault((left.bound, not left.strict), []).append(threshold)
+    return {
+        (feature, threshold): place
+        for feature, of_feature in ends.items()
+        for place, end in enumerate(sorted(of_feature))
+        for threshold in of_feature[end]
+    }
 
 
 def zone_tree(

@@ -87,9 +87,7 @@ def train(
     request = request.complete()
     trainer_of, chosen = _trainer(request.algorithm), settings_of(world, request)
     _check_device(request.device)
-    from maviper.experts.training.mappo import by_reward_alone
-
-    experts = by_reward_alone(world, request.against)
+    experts = _against(world, request)
     met = {name: expert.hash for name, expert in experts.items()}
     config = {**cards.config(world, request, chosen, _rule(world)), "against": met}
     done = _prepare_folder(folder, config, resume)
@@ -155,6 +153,12 @@ def _trainer(algorithm: str) -> _Algorithm:
         "maddpg": _Algorithm(off_policy.MaddpgSettings, off_policy.Maddpg),
         "vdn": _Algorithm(off_policy.VdnSettings, off_policy.Vdn),
     }[algorithm]
+
+
+def _against(world: World, request: Request) -> Mapping[str, Any]:
+    from maviper.experts.training.mappo import by_reward_alone
+
+    return by_reward_alone(world, request.against)
 
 
 def _check_device(device: str) -> None:
