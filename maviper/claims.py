@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from codegen.errors import InputError
-from verify.claims.built_in import PARAMETER_NAMES
 from verify.claims.built_in import Agree as Agree
 from verify.claims.built_in import Aligned as Aligned
 from verify.claims.built_in import AliveLeaves as AliveLeaves
@@ -29,6 +28,7 @@ from verify.claims.built_in import Reaches as Reaches
 from verify.claims.built_in import StaysIn as StaysIn
 from verify.claims.built_in import Steady as Steady
 from verify.claims.built_in import Symmetric as Symmetric
+from verify.claims.parameters import PARAMETER_NAMES
 
 
 def name_of(claim: str | Claim) -> str:

@@ -35,7 +35,7 @@ from maviper.importing.edits import BEFORE as BEFORE_EDIT
 from maviper.options import CompileOptions, make_request
 from maviper.worlds import World
 from maviper.worlds.matching import NO_WORLD, matching_world, not_ours
-from verify.claims.built_in import Number
+from verify.claims.parameters import Number
 
 if TYPE_CHECKING:
     from maviper.compilation.monitors import Proved

@@ -30,7 +30,7 @@ from verify.checker.episodes import certificates as episodes
 from verify.checker.episodes.unbounded import EdgeReading
 from verify.checker.episodes.unbounded import Edges as EdgesProof
 from verify.checker.reading import RejectedError
-from verify.claims.built_in import Number
+from verify.claims.parameters import Number
 from verify.claims.region import Region
 from verify.decimals import exact, plain
 from verify.kinds import MACHINE

@@ -2,7 +2,7 @@
 
 Does: reads the table; completes what was given; gives a function the signature and the text that the table says.
 Assumes: each field of the TypedDict is `Annotated[type, Option(...)]`, or a parameter of claims
-  (`verify.claims.built_in`); a help text is one sentence.
+  (`verify.claims.parameters`); a help text is one sentence.
 Does not: make options of the command line (`maviper.cli.options`), or check what a value means.
 """
 
@@ -18,8 +18,8 @@ from types import MappingProxyType, UnionType
 from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from codegen.errors import InputError, MaviperError, UnknownNameError, escape_text, suggestion
-from verify.claims.built_in import PARAMETERS as CLAIMED
-from verify.claims.built_in import Form
+from verify.claims.parameters import PARAMETERS as CLAIMED
+from verify.claims.parameters import Form
 from verify.kinds import ALWAYS
 
 Verb = TypeVar("Verb", bound=Callable[..., Any])

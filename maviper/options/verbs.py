@@ -1,7 +1,7 @@
 """The options of the verbs other than extract, and of the functions of these names.
 
 Does: says each option once: its name, type, default, heading and help; None: as usual.
-Assumes: parameters of claims have their forms and texts in `verify.claims.built_in`; what runs a verb has a
+Assumes: parameters of claims have their forms and texts in `verify.claims.parameters`; what runs a verb has a
   field or a parameter for each other option.
 Does not: check values beyond their types.
 """
@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, TypedDict
 
 from maviper.options.table import PARAMETERS, Option, of_claims
-from verify.claims.built_in import Names, Number, Parameters
+from verify.claims.parameters import Names, Number, Parameters
 
 QUESTION, EXTENT, BUDGETS, RARER = "What is asked", "How far it goes", "Budgets", "More"
 Count = int | None

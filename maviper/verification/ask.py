@@ -25,13 +25,13 @@ from maviper.files.profiles import find_region
 from maviper.options import VERIFY_SETTINGS, SystemOptions, complete_options, table_of
 from maviper.options import VerifyOptions as Options
 from verify.checker.thresholds import sides
-from verify.claims.built_in import PARAMETER_NAMES, Form, of_form
 from verify.claims.catalogue import MAX_ZONES, Claim, find_claim, spell_call, write_call
 from verify.claims.claim import Parameter, check_range
 from verify.claims.episodes import EPISODE_CLAIMS
 from verify.claims.files import Reading, Stated, read_claim, read_properties
 from verify.claims.formula import Formula
 from verify.claims.observed import View
+from verify.claims.parameters import PARAMETER_NAMES, Form, of_form
 from verify.claims.region import Region
 from verify.claims.region_files import START
 from verify.claims.terms import Compared, read_as_compared

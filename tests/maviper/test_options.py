@@ -45,8 +45,8 @@ from maviper.options.extraction import (
 )
 from maviper.reproduction import run as reproduction
 from maviper.verification.ask import VerifyOptions as Asked
-from verify.claims.built_in import PARAMETER_NAMES
 from verify.claims.catalogue import NAMES, ZONES, readable
+from verify.claims.parameters import PARAMETER_NAMES
 
 PLAIN = {"margin", "radius", "kappa", "eps", "steps", "landmarks", "others", "order"}  # None: as usual
 FOLDER = "maviper/manual"

@@ -18,7 +18,7 @@ from typing import Any, cast
 from codegen.dynamics import COINCIDENT, partners
 from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.ir import PolicyProfile, WorldSpec
-from verify.claims.built_in import CLAIMS, Form, OfEpisodes, of_form
+from verify.claims.built_in import CLAIMS, OfEpisodes
 from verify.claims.built_in import Claim as BuiltIn
 from verify.claims.claim import (
     Parameter,
@@ -32,6 +32,7 @@ from verify.claims.claim import (
 )
 from verify.claims.decisions import PLAIN, STEADY, DecisionClaim, ensure_askable, ensure_steady
 from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
+from verify.claims.parameters import Form, of_form
 from verify.claims.relations import RELATIONS
 from verify.claims.wording import ACCOUNTS, BUILT_IN, WITH_ERRORS, account_of
 from verify.decimals import text

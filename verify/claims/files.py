@@ -14,11 +14,11 @@ from typing import Any, NamedTuple, TypeVar, cast
 
 from codegen.errors import InputError, PartlyReadError, UnknownNameError, escape_text
 from codegen.ir import GOAL, PolicyProfile
-from verify.claims.built_in import Form, of_form
 from verify.claims.catalogue import NAMES, ZONES, Claim, check_read, check_zones, find_claim, read_call, readable
 from verify.claims.claim import teams as teams_of
 from verify.claims.decisions import RADIUS, ZERO, DecisionClaim, ensure_askable
 from verify.claims.formula import Formula, agents
+from verify.claims.parameters import Form, of_form
 from verify.claims.region import Region
 from verify.claims.region_files import everywhere, find_observed_velocities, is_list, is_table, positions, region_of
 from verify.claims.views import find_numbers

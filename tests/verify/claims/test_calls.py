@@ -16,11 +16,11 @@ from maviper.verification.ask import VerifyOptions
 from tests.support.small import small_profile
 from verify.claims import files
 from verify.claims.built_in import CLAIMS as CLASSES
-from verify.claims.built_in import PARAMETER_NAMES, PARAMETERS
 from verify.claims.catalogue import NAMES, ZONES, find_claim, read_call, readable, spell_call, write_call
 from verify.claims.decisions import STEADY
 from verify.claims.episodes import EPISODE_CLAIMS
 from verify.claims.files import read_claim
+from verify.claims.parameters import PARAMETER_NAMES, PARAMETERS
 from verify.claims.region_files import everywhere
 from verify.claims.relations import RELATIONS
 from verify.claims.wording import BUILT_IN
