@@ -49,7 +49,8 @@ if TYPE_CHECKING:
     from maviper.verification.diff import Compared
     from maviper.verification.files.certificates import Checked
     from maviper.verification.files.counterexamples import Replayed
-    from maviper.verification.repair import Guarded, Repaired
+    from maviper.verification.guarding import Guarded
+    from maviper.verification.repair import Repaired
     from maviper.verification.robust import Changes, Radii
     from maviper.verification.run import Verified
     from verify.result import AnyResult
@@ -487,10 +488,12 @@ def repair(
     from pathlib import Path
 
     from codegen.profiles import ensure
-    from maviper.verification.repair import ensure_unasked, repair_profile, repair_stated, request
+    from maviper.verification.repair import repair_profile, request
 
     with _told(progress, "repairing", "claim"):
         if isinstance(claim, Path) or (isinstance(claim, str) and claim.endswith(".toml")):
+            from maviper.verification.guarding import ensure_unasked, repair_stated
+
             ensure_unasked(region, asked)
             return repair_stated(ensure(_team(profile)), Path(claim))
         return repair_profile(ensure(_team(profile)), claim, str(region), request(claim, asked))

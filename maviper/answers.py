@@ -16,7 +16,7 @@ from maviper.verification.compared import OutputsCompared as OutputsCompared
 from maviper.verification.diff import Compared as Compared
 from maviper.verification.files.certificates import Checked as Checked
 from maviper.verification.files.counterexamples import Replayed as Replayed
-from maviper.verification.repair import Guarded as Guarded
+from maviper.verification.guarding import Guarded as Guarded
 from maviper.verification.repair import Repaired as Repaired
 from maviper.verification.robust import Changes as Changes
 from maviper.verification.robust import Radii as Radii

@@ -16,7 +16,7 @@ import signals
 import maviper
 from codegen.ir import PolicyProfile
 from codegen.policy_json import dumps
-from maviper.verification.repair import repair_stated
+from maviper.verification.guarding import repair_stated
 
 
 def repair(network: str, profile: str, folder: str) -> None:

@@ -37,7 +37,8 @@ if TYPE_CHECKING:
     from maviper.console import Console
     from maviper.verification.compared import OutputsCompared
     from maviper.verification.diff import Compared
-    from maviper.verification.repair import Guarded, Repaired
+    from maviper.verification.guarding import Guarded
+    from maviper.verification.repair import Repaired
     from maviper.verification.robust import Changes
 
 
@@ -225,7 +226,7 @@ def _repair_stated(
     from maviper.evaluation.comparison import say_sizes
     from maviper.files import outputs, runs
     from maviper.files.profiles import load
-    from maviper.verification.repair import ensure_unasked, repair_stated
+    from maviper.verification.guarding import ensure_unasked, repair_stated
     from maviper.worlds.stated.certified import WORLD_FILE
     from verify.spending import listening
     from verify.systems.files import MAX_BYTES

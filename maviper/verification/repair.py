@@ -1,10 +1,8 @@
-"""Repair: guard leaves until a claim, or each claim of a world file, is proved, and measure what that costs.
+"""Repair: guard leaves until a claim is proved, and measure what that costs.
 
 Does: hands verify/repair.py the states that the team meets, has both engines decide about the result, measures
-  the team before and after in the same held-out episodes; in a stated system has the claims asked after each
-  counterexample (verify/reach/guards.py chooses guards there); renders profile, certificates, report and costs.
-Assumes: a game that is one of ours; otherwise play is not measured, and said so. Of a system claims about regions in
-  which episodes stay; play is not measured.
+  the team before and after in the same held-out episodes, renders profile, certificate, report and costs.
+Assumes: the profile's world is one of ours; otherwise play is not measured, and said so.
 Does not: choose guards, decide verdicts, print or write files.
 """
 
@@ -31,13 +29,12 @@ from maviper.evaluation.comparison import Cost, measure_cost, sizes_document
 from maviper.evaluation.held_out import evaluation
 from maviper.evaluation.players import Player, find_shipped
 from maviper.evaluation.run import MAX_EPISODES
-from maviper.files import kinds, outputs, runs
+from maviper.files import outputs, runs
 from maviper.files.profiles import find_region
-from maviper.options import RepairOptions, complete_options, make_request, table_of
-from maviper.verification.ask import VerifyOptions, command, number
+from maviper.options import RepairOptions, make_request, table_of
+from maviper.verification.ask import command, number
 from maviper.verification.diff import collect_states
-from maviper.verification.run import Verified, certificate_files, digests, report_files, verify_claims
-from maviper.verification.stated import StatedWorld
+from maviper.verification.run import certificate_files, digests, report_files, verify_claims
 from maviper.worlds import ParticleWorld
 from maviper.worlds.matching import UNREPAIRED, ensure_places, matching_places
 from verify.claims.catalogue import find_property, read_call
@@ -46,14 +43,10 @@ from verify.claims.episodes import EPISODE_CLAIMS
 from verify.claims.region import Region
 from verify.claims.region_files import region_toml
 from verify.question import Budgets, Question
-from verify.reach.guards import Answer, Guard, hold, insert
 from verify.repair import Repair, refuse_repair, repair
 from verify.reports import report
-from verify.result import AnyResult, Verdict
+from verify.result import AnyResult
 from verify.subjects import Game
-from verify.systems.claims import SystemClaim
-from verify.systems.files import MAX_BYTES
-from verify.systems.system import ensure_in_steps
 
 COST_FILE = "repair.json"
 PARAMETERS = ("margin", "radius", "landmarks")
@@ -196,112 +189,3 @@ def document(done: Repaired, made: str) -> dict[str, Any]:
         "trees": sizes_document(before, after, list(repaired.roles)),
         **done.cost.document(),
     }
-
-
-SAMPLES = 16  # random episodes that may refute a claim before it is proved
-
-
-@dataclass(frozen=True, repr=False)
-class Guarded(Shown):
-    """A repair in a stated system: guards, and, where all claims are proved, the team with them and its files.
-
-    For example:
-
-        maviper.repair(team, "world.toml").after
-    """
-
-    before: ir.PolicyProfile
-    guards: tuple[Guard, ...]
-    reason: str  #: why no repair was found; "": one was
-    after: ir.PolicyProfile | None = None  #: None: no repair was found
-    results: tuple[AnyResult, ...] = ()
-    files: Mapping[str, str | bytes] = field(default_factory=dict[str, str | bytes])  #: name -> text
-    certificates: Mapping[str, str] = field(default_factory=dict[str, str])  #: those among the files
-
-    @property
-    def guarded(self) -> list[str]:
-        """The agents that got guards."""
-        return list(dict.fromkeys(guard.agent for guard in self.guards))
-
-    @property
-    def rows(self) -> list[dict[str, Any]]:
-        """A row for each claim that was proved."""
-        return [row for result in self.results for row in result.rows]
-
-    @property
-    def told(self) -> list[str]:
-        """The guards as rules, or why there is no repair."""
-        return [f"Guarded: {self.reason or 'each claim is proved'}", *(guard.words for guard in self.guards)]
-
-
-class _Asking:
-    """Asks the claims of a world file; `results`: of the claims proved since the team last changed, by number."""
-
-    def __init__(self, before: ir.PolicyProfile, options: VerifyOptions) -> None:
-        self.options, self.stated = options, StatedWorld.of(before, options)
-        self.results, self.first = dict[int, AnyResult](), -1
-        self._origin, self._marked = self.stated.origin, _mark(before)
-
-    def __call__(self, after: ir.PolicyProfile) -> Answer | None:
-        """The first claim that is not proved, the one that failed last before others."""
-        changed = after.agents != self._origin.agents
-        self.stated = StatedWorld.of(replace(after, provenance=self._marked) if changed else after, self.options)
-        self.results = dict[int, AnyResult]()
-        asked = self.stated.asked
-        last_ones_first = reversed(range(len(asked)))  # files tend to begin with what any tree keeps
-        for place in sorted(last_ones_first, key=lambda place: place != self.first):
-            question = asked[place].question
-            sparing = cast("Question[SystemClaim]", question.spending(samples=SAMPLES))
-            result = self.stated.answer(sparing, beside=False)
-            if result.verdict is not Verdict.PROVED:
-                self.first = place
-                return Answer(result.claim, result.evidence.counterexample, result.reason)
-            self.results[place] = replace(result, question=question)
-        return None
-
-
-def _mark(before: ir.PolicyProfile) -> Any:
-    """The provenance of what is repaired: the same after each repair of a team, so that certificates stay valid."""
-    first = before.provenance.training.get(BEFORE_REPAIR, content_hash(before))
-    training = {**before.provenance.training, "repair": "guards in stated systems", BEFORE_REPAIR: first}
-    return replace(before.provenance, training=training, evaluation={})
-
-
-def ensure_unasked(region: str | Path, options: Mapping[str, Any]) -> None:
-    """InputError for a region, or an option of `maviper repair`, that a repair by a world file does not read."""
-    usual = {"region": "start", **complete_options(RepairOptions, {})}
-    for name, value in {"region": str(region), **options}.items():
-        if value is not None and value != usual[name]:
-            flag = f"--{name.replace('_', '-')}"
-            raise InputError(f"{flag} has no effect with a world file", flag, "leave it out; the file states regions")
-
-
-def repair_stated(before: ir.PolicyProfile, world: Path, name: str = runs.PROFILE_FILE) -> Guarded:
-    """The repair of a team, which a user calls `name`, by the claims of a world file. InputError for a team that tests
-    sums, a file that cannot be used, and a system in continuous time.
-    """
-    ensure_plain(before, VERIFIER)
-    if kinds.kind_of(runs.read(world, MAX_BYTES)) is kinds.CLAIMS:
-        advice = "name one claim, such as distinct_targets; claims about a system stand in its world file"
-        raise InputError("a repair takes no file of claims", str(world), advice)
-    asking = _Asking(before, VerifyOptions(world=world))
-    system = asking.stated.statement.system
-    ensure_in_steps(system, "a repair")
-    held = hold(asking.stated.origin, system, asking)
-    if held.reason:
-        return Guarded(before, held.guards, held.reason)
-    marked = replace(before, provenance=_mark(before)) if held.guards else before
-    after = ensure(insert(marked, held.guards))
-    results = tuple(result for _, result in sorted(asking.results.items()))
-    verified = Verified(after, tuple(asking.stated.asked), results, None, asking.stated)
-    made = shlex.join(["maviper", "repair", name, "--claim", world.name])
-    told = {
-        "command": made,
-        "profile_before": content_hash(before),
-        "profile": content_hash(after),
-        "counterexamples": held.rounds,
-        "guards": [guard._asdict() for guard in held.guards],
-        "trees": sizes_document(before, after, list(dict.fromkeys(guard.agent for guard in held.guards))),
-    }
-    files = {**verified.files, COST_FILE: layout(told) + "\n"}
-    return Guarded(before, held.guards, "", after, results, files, verified.certificates)
