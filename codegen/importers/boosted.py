@@ -280,6 +280,7 @@ def from_treelite(content: bytes, where: str) -> dict[str, Origin]:
 
 
 def _decision(document: Mapping[str, Any], value: Any, where: str) -> int | float:
+    """The class that a leaf stands for, or its number."""
     task, link = document["task_type"], document["postprocessor"]
     base = [float(each) for each in document["base_scores"]]
     if document["num_target"] != 1:

@@ -128,6 +128,7 @@ class _Named(NamedTuple):
 def _name_origin(
     agent: str, origin: Origin, features: names.Renaming, actions: names.Renaming, outputs: Sequence[str] | None
 ) -> _Named:
+    """The origin with its features and actions, or outputs, in their places."""
     n_tested = max(origin.n_named, origin.n_read)
     alone = None if features.plain is None or origin.features else len(features.plain)
     width = origin.n_features or max(n_tested, len(origin.features) or alone or 0, 1)
@@ -195,6 +196,7 @@ def _find_whole(named: "_Named", numbers: str | None) -> tuple[str, list[tuple[f
 
 
 def _policy_of(agent: str, named: "_Named", specs: tuple[ir.FeatureSpec, ...], numbers: str) -> ir.AgentPolicy:
+    """The policy that observes these features, as the numbers that it compares."""
     origin, _, chosen = named
     if origin.memory:
         return _remembering(agent, named, specs, numbers)

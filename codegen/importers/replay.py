@@ -67,6 +67,7 @@ def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Floats:
 
 
 def _keep_rows(policy: AgentPolicy, rows: Floats, *, nan: bool, finite: bool) -> Floats:
+    """The observations that may be compared."""
     tested = rows = rows[~np.isinf(rows).any(axis=1)] if finite else rows
     if policy.tree.arithmetic:  # of finite numbers that are too large a sum may be NaN, too
         sums = (*policy.tree.sums, *(each for vector in policy.tree.vectors for each in vector))

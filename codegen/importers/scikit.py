@@ -139,6 +139,7 @@ def _predict(fitted: _Fitted, rows: Floats) -> Any:
 
 
 def _takes_nan(fitted: _Fitted) -> bool:
+    """Returns True if a model predicts for missing values, whatever it was fitted on."""
     try:
         _predict(fitted, np.full((1, int(fitted.trees[0].n_features)), np.nan))
     except ValueError:
@@ -257,6 +258,7 @@ def _unwrap_search(model: Any) -> Any:
 
 
 def _origin(fitted: _Fitted, labels: Sequence[Any], grown: GrownTree) -> Origin:
+    """The origin of a tree, whose actions are places of labels."""
     model, before, estimator, trees = fitted
     place, width = _places(labels), int(trees[0].n_features)
     n_features = int(getattr(before[0][1], "n_features_in_", width)) if before else width

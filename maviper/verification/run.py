@@ -65,18 +65,18 @@ class Procedure:
     solver_files: Callable[[int, Any], dict[str, str]] = _nothing
 
 
-def _answer_decision(question: DecisionQuestion, bench: Bench, region_file: str | None) -> DecisionResult:
+def _answer_decision(question: DecisionQuestion, bench: Bench, found_in: str | None) -> DecisionResult:
     replays = state_replays(bench.made, question.profile, question.claim.team, bench.world)
 
     def decide(asked: DecisionQuestion) -> DecisionResult:
         return decisions.verify(asked, replays, bench.count_visited(asked.region), bench.skipped)
 
     result = decide(question)
-    if region_file is None:
+    if found_in is None:
         return result
     from verify.extent.largest import where as located  # imported here, as few ask where
 
-    where = located(question, result.verdict, region_file)
+    where = located(question, result.verdict, found_in)
     inner = decide(question.within(where.part.region)) if where.part else None
     return replace(result, evidence=replace(result.evidence, where=where, verdict_in_largest_region=inner))
 
@@ -127,7 +127,7 @@ def _judge_decision(question: DecisionQuestion, bench: object) -> tuple[Verdict,
 DECISIONS = Procedure(_answer_decision, _judge_decision, _decision_counterexample, zones_and_region, _solver_files)
 
 
-def _answer_episodes(question: EpisodeQuestion, bench: Bench, region_file: str | None) -> EpisodeResult:
+def _answer_episodes(question: EpisodeQuestion, bench: Bench, found_in: str | None) -> EpisodeResult:
     from verify.verdicts import episodes  # here, as most claims are about decisions
 
     return episodes.verify_episodes(question.by(MACHINE), rollouts(bench.made, bench.world), bench.skipped)

@@ -505,7 +505,7 @@ def _spell(atom: Linear, left: bool) -> str:
     return f"{name} {'>' if low else '<'}{'' if strict else '='} {plain(atom.bound / weight)}"
 
 
-def answer_question(question: Question[SystemClaim], bench: StatedWorld, region_file: str | None) -> SystemResult:
+def answer_question(question: Question[SystemClaim], bench: StatedWorld, found_in: str | None) -> SystemResult:
     """The answer of a world. Where a claim holds is not said: what an answer leaves open, the report names."""
     return with_bound(with_conditions(bench.answer(question), bench), bench)
 

@@ -186,9 +186,12 @@ class Account(Generic[Told]):
 
 
 class _OfArrival(Account[Arrival]):
+    """Of a claim to arrive."""
+
     nobody_named = "any matching"
 
     def marks(self, profile: PolicyProfile) -> list[str]:
+        """The landmarks."""
         return [entity.name for entity in profile.world.landmarks]
 
     def way(self, profile: PolicyProfile) -> Pairs | None:
@@ -205,17 +208,20 @@ class _OfArrival(Account[Arrival]):
 class _OfReaches(_OfArrival):
     @classmethod
     def usual(cls, profile: PolicyProfile, team: str, given: Mapping[str, Any]) -> dict[str, Any]:
+        """A whole episode, and the landmarks in the world's order."""
         marks = [entity.name for entity in profile.world.landmarks][: len(profile.team(team))]
         return super().usual(profile, team, given) | {"landmarks": tuple(marks)}
 
     @staticmethod
     def describe_named(named: tuple[str, ...] | None) -> str:
+        """The landmarks."""
         return "in the order of `landmarks`" if named is None else ", ".join(named)
 
 
 class _OfCovers(_OfArrival):
     @staticmethod
     def describe_named(named: tuple[str, ...] | None) -> str:
+        """The landmarks, where an order of them is claimed."""
         if named is None:
             return " (in the order of `landmarks`, if given)"
         return f" (in this order: {', '.join(named)})" if named else ""
@@ -237,21 +243,26 @@ class _OfKeepsApart(Account[KeepsApart]):
 
     @staticmethod
     def describe_named(named: tuple[str, ...] | None) -> str:
+        """Those from whom the team keeps apart."""
         if named is None:
             return "each of the `others` (without these, of the team)"
         return ", ".join(named) or "all others of them"
 
     def marks(self, profile: PolicyProfile) -> list[str]:
+        """Those from whom the team keeps apart."""
         return list(self.claim.others) or [policy.agent for policy in profile.team(self.claim.team)]
 
     def way(self, profile: PolicyProfile) -> Pairs:
+        """All pairs."""
         team, marks = [policy.agent for policy in profile.team(self.claim.team)], self.marks(profile)
         return tuple((team.index(agent), marks.index(other)) for agent, other in self.claim.pairs(profile))
 
     def is_met(self, gaps: Gaps, radius: Fraction | float) -> Bool:
+        """Where a pair stays apart."""
         return np.asarray((gaps >= radius).all(axis=0))
 
     def mark_of(self, profile: PolicyProfile, number: int, gaps: Gaps) -> int:
+        """Whom the agent comes nearest to."""
         return int(gaps.min(axis=0).argmin())
 
 
@@ -262,25 +273,32 @@ class _OfStaysIn(Account[StaysIn]):
 
     @classmethod
     def usual(cls, profile: PolicyProfile, team: str, given: Mapping[str, Any]) -> dict[str, Any]:
+        """The arena, for ever."""
         return dict(cls.usually)
 
     def marks(self, profile: PolicyProfile) -> list[str]:
+        """The origin."""
         return [ORIGIN]
 
     def way(self, profile: PolicyProfile) -> Pairs:
+        """Each agent with the origin."""
         return tuple((number, 0) for number in range(len(profile.team(self.claim.team))))
 
     def is_met(self, gaps: Gaps, radius: Fraction | float) -> Bool:
+        """Where an agent stays."""
         return np.asarray((gaps <= radius).all(axis=0))
 
     def mark_of(self, profile: PolicyProfile, number: int, gaps: Gaps) -> int:
+        """The origin."""
         return 0
 
     def worst(self, gaps: Gaps) -> int:
+        """The step at which the agent is farthest away."""
         return int(gaps.argmax())
 
     @property
     def farthest(self) -> Fraction:
+        """The radius."""
         return self.claim.radius
 
 

@@ -357,6 +357,7 @@ class Arithmetic:
         return symbol
 
     def _tabulate(self, given: Symbol, key: str, compute: Callable[[int], int]) -> Symbol:
+        """Computes a function of a whole number by a table of its values on this path."""
         low, high = self.ends(given.feature)
         if high - low >= MAX_TABLE:
             what = "bits or remainders of a whole number of more than 16 bits are not read"
@@ -373,6 +374,7 @@ class Arithmetic:
         return _then(given, within, self._tables[told])
 
     def _compute_number(self, sign: str, a: int, b: int, kind: Kind) -> int:
+        """A number of two whole numbers."""
         if sign in BITS:
             return BITS[sign](a, b)
         if sign in ("/", "%"):
@@ -486,6 +488,7 @@ def _then(given: Symbol, *steps: Step) -> Symbol:
 
 
 def _to(kind: Kind) -> Step:
+    """The conversion to a floating type."""
     return Step(f"to {kind}", lambda v: kinds.round_number(v, kind) if isinstance(v, int) else kind.float_type(v))
 
 
@@ -568,6 +571,7 @@ def call_library(machine: Any, name: str, given: list[Any]) -> Value:
 
 
 def _extreme(machine: Any, called: str, kind: Kind, one: Number | Symbol, other: Number | Symbol) -> Value:
+    """fmin and fmax, of which one is a number."""
     choose = EXTREME[called]
     if isinstance(one, Symbol) and isinstance(other, Symbol):
         raise machine.make_error("the larger or smaller of two features is not read", TEST_ADVICE)
@@ -582,6 +586,7 @@ def _extreme(machine: Any, called: str, kind: Kind, one: Number | Symbol, other:
 
 
 def _copy_memory(machine: Any, target: Value, source: Value, size: Value) -> Value:
+    """memcpy of whole items."""
     if not (
         isinstance(target, Reference)
         and isinstance(source, Reference)

@@ -96,6 +96,7 @@ def ask_compiler(
 
 @contextmanager
 def _run_builds(origin: Origin, name: str, compiled: "Compiled", *, scores: bool) -> Generator[Running]:
+    """The numbers of a source, and what answers observations."""
     types = compiled.types(name)
     letters = [place for place, kind in enumerate(types) if kind == CHAR]
 
@@ -241,15 +242,18 @@ class Compiled:
 
 
 def _name_place(place: Place) -> str:
+    """A feature, as messages call it."""
     return ".".join(map(str, (place.base, *place.way)))
 
 
 def _first(said: CompletedProcess[str]) -> str:
+    """The first line of a compiler's errors."""
     lines = said.stderr.strip().splitlines()
     return next((line for line in lines if "error" in line), lines[0] if lines else "no word")
 
 
 def _reason(said: CompletedProcess[str]) -> str:
+    """Why a program ended."""
     for line in said.stderr.splitlines():
         if "runtime error: " in line:
             return f"what it does is not defined in C: {escape_text(line.partition('runtime error: ')[2])[:120]}"
@@ -323,6 +327,7 @@ def _expand(compiler: Sequence[str], folder: Path, name: str, where: str) -> str
 
 
 def _split_tokens(lines: Sequence[tuple[str, str]]) -> Iterator[tuple[str, str]]:
+    """The tokens of lines, with their places."""
     return ((place, token) for place, line in lines for token in TOKEN.findall(line))
 
 

@@ -74,6 +74,7 @@ def from_header(content: bytes, where: str) -> dict[str, Origin]:
 
 
 def _label(item: Any) -> Any:
+    """A label: a number or a text."""
     if getattr(item, "op", "") == "-":
         return -_label(item.expr)
     if item.type == "string":

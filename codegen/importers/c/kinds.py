@@ -427,6 +427,7 @@ class Inputs:
         return Place(place.base, place.way[1:]) if single else place
 
     def _parts(self, name: str) -> Iterator[Place]:
+        """All numbers of a parameter, in order."""
         type_ = self.parameters[name]
         read = [int(each.way[0]) for each in self.read if each.base == name] if isinstance(type_, Pointer) else []
         if isinstance(type_, Pointer) and isinstance(type_.to, Record) and any(read):

@@ -126,6 +126,7 @@ def _only_resets(name: str, functions: Mapping[str, Any]) -> bool:
 
 
 def _names(node: Any) -> set[str]:
+    """The names of variables and functions below a node."""
     return {each.name for each in walk(node) if isinstance(each, c_ast.ID)}
 
 
@@ -308,6 +309,7 @@ class _Follower(Machine):
                 raise self.make_error(what, "assign to it, or give it as an observation in a struct that is const")
 
     def _settle(self) -> tuple[Update, ...]:
+        """What the path has made of memory."""
         after = list[Feature | int | None]()
         for at, place in enumerate(self.observed.kept):
             value = self.memory.get(place)
@@ -345,6 +347,7 @@ class _Follower(Machine):
         return Kept(label, self._settle()) if self.observed.kept else label
 
     def _label(self, returned: Any) -> Any:
+        """The answer of a path."""
         results = self.observed.results(self.memory)
         if self.acts:
             done: Any = self.memory.get(DONE, ())

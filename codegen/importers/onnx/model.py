@@ -123,6 +123,7 @@ def origin_of(content: bytes, feature_names: Sequence[str] | None = None) -> Ori
 
 
 def _runner(content: bytes) -> tuple[Callable[..., Any], str]:
+    """Returns the function that runs a model, and its name."""
     try:
         return onnx_session(content).run, "onnxruntime"
     except MissingToolError:

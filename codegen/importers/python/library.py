@@ -333,6 +333,7 @@ def _join_features(m: Any, kind: type[ast.operator], left: Feature, right: Featu
 
 
 def _of_feature(m: Any, kind: type[ast.operator], left: Any, right: Any) -> Any:
+    """Arithmetic on a feature and a number."""
     turned = isinstance(right, Feature)
     feature, number = (right, left) if turned else (left, right)
     if not is_number(number):
@@ -445,6 +446,7 @@ def _unfold(m: Any, feature: Feature) -> Feature:
 
 
 def _with_number(m: Any, feature: Feature, sign: str, number: Any) -> Any:
+    """A test of a feature."""
     if type(number) is float and not feature.steps and not m.kind and number == number:  # most are this
         return Test(feature, sign, number)
     if not is_number(number):
@@ -531,6 +533,7 @@ def _call_step(name: str, m: Any, given: Given, named: Named) -> Any:
 
 
 def _call_extreme(function: Any, m: Any, given: Given, named: Named) -> Any:
+    """min, max and their like in numpy."""
     items = [*m.items(given[0])] if len(given) == 1 else given
     if named or not items or (function not in (min, max) and len(given) != 2):
         raise Refused("the least or largest of nothing, or of what is not understood", STATED)
@@ -558,6 +561,7 @@ def _join_pair(m: Any, function: Any, one: Any, other: Any) -> Any:
 
 
 def _clip(m: Any, given: Given, named: Named) -> Any:
+    """np.clip, of one number."""
     if len(given) == 1 and named.keys() == {"a_min", "a_max"}:
         given, named = [*given, named["a_min"], named["a_max"]], {}
     value, *ends = map(m.decide, given)
@@ -575,6 +579,7 @@ def _clip(m: Any, given: Given, named: Named) -> Any:
 
 
 def _call_list(make: Callable[..., Any], m: Any, given: Given, named: Named) -> Any:
+    """list, tuple, enumerate, zip and so on, as Python makes them."""
     items = [each if isinstance(each, int) else m.items(each) for each in given]
     sequence = make(*items, **named)
     return m.keep_value(sequence) if isinstance(sequence, list | dict | tuple) else Stream(sequence)
@@ -591,6 +596,7 @@ def _sum(m: Any, given: Given, named: Named) -> Any:
 
 
 def _range(m: Any, given: Given, named: Named) -> Any:
+    """`range`, of constants."""
     whole = [m.whole(each) for each in given]
     if not all(isinstance(each, int) for each in whole) or len(range(*whole)) > MAX_ITEMS:
         raise Refused("a range is no range of constants, or too long", "write range(n)")
@@ -598,6 +604,7 @@ def _range(m: Any, given: Given, named: Named) -> Any:
 
 
 def _make_array(m: Any, given: Given, named: Named) -> Any:
+    """np.array and np.asarray: of the observation, or of a list of numbers."""
     value, kind = given[0], named.get("dtype")
     if len(given) > 1 or named.keys() - {"dtype"} or not isinstance(value, Part | list | tuple):
         raise Refused(f"an array is made of {words_of(value)}", "give the observation, or a list of numbers")
@@ -617,6 +624,7 @@ def _make_array(m: Any, given: Given, named: Named) -> Any:
 
 
 def _field(m: Any, given: Given, named: Named) -> Any:
+    """`dataclasses.field`."""
     if named.keys() != {"default_factory"}:
         raise Refused("a field is not understood", "give its default, or its default_factory")
     return Bound(FACTORY, lambda m, given, _: m.call(named["default_factory"], given, {}))

@@ -492,6 +492,7 @@ class Machine(Executor):
         return Function("a lambda", node, scope.outer, self._signature_of(node.args, scope))
 
     def _signature_of(self, takes: ast.arguments, scope: Scope) -> Signature:
+        """The parameters of a function, with their defaults."""
         places = [*takes.posonlyargs, *takes.args]
         pairs = zip(places[len(places) - len(takes.defaults) :], takes.defaults, strict=True)
         named = zip(takes.kwonlyargs, takes.kw_defaults, strict=True)
@@ -579,6 +580,7 @@ class Machine(Executor):
         return slot.place(value)
 
     def _call_method(self, value: Any, name: str, given: list[Any], named: dict[str, Any]) -> Any:
+        """Calls a method of a list or a dictionary."""
         if name == "append":
             self.ensure_fresh(value).append(*given)
             self.keep_value(value)
@@ -894,5 +896,6 @@ def _cannot_fail(node: ast.AST) -> bool:
 
 
 def _within(node: ast.FunctionDef, nodes: Sequence[Any]) -> list[Any]:
+    """Those of the nodes that stand within a function."""
     last = node.end_lineno or node.lineno
     return [each for each in nodes if node.lineno <= each.lineno <= last and each is not node]

@@ -128,6 +128,7 @@ class File(NamedTuple):
 
 
 def _stores(node: Any) -> bool:
+    """Returns True if a node gives something to a name, an attribute or an element."""
     return not isinstance(getattr(node, "ctx", None), ast.Load)
 
 
@@ -243,6 +244,7 @@ def _idle(file: File, decider: Decider) -> str:
 
 
 def _names(file: File, decider: Decider) -> set[str]:
+    """The names that a function, or the class whose method it is, mentions."""
     nodes: list[ast.AST] = [decider.function.node]
     for each in decider.first:
         kind = each if isinstance(each, Class) else each.kind
@@ -254,6 +256,7 @@ def _names(file: File, decider: Decider) -> set[str]:
 
 
 def _origin(file: File, decider: Decider, said: Said, count: int, source: str) -> Origin:
+    """The origin of a function. InputError also for sums whose arithmetic nobody states."""
     width, kept = len(said.features), _Kept()
     while True:  # again, where a later line says how many features there are, or a path sets what is remembered
         follower = _Follower(file, decider, said, kept)
@@ -355,6 +358,7 @@ class _Follower:
                 m.inputs.n_read = max(m.inputs.n_read, place + 1 if place < MAX_FEATURES else 0)
 
     def _object(self, m: Machine, given: Any) -> Any:
+        """The object whose method decides."""
         if not isinstance(given, Class) or self.function.kind == "classmethod":
             return given
         try:
@@ -390,6 +394,7 @@ class _Follower:
             raise m.make_error(None, error) from None
 
     def _label(self, value: Any) -> Value:
+        """Turns what is returned into a label."""
         while isinstance(value, list | tuple) and len(value) == 1 and not isinstance(value[0], str):
             value = value[0]  # a list of one number is that number
         member = value if isinstance(value, enum.Enum) else None
@@ -534,4 +539,5 @@ def _spell(value: Any) -> tuple[str, Any]:
 
 
 def _in_order(nodes: Iterable[Any]) -> list[Any]:
+    """Nodes in the order of the text."""
     return sorted(nodes, key=lambda node: (node.lineno, node.col_offset))

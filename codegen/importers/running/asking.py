@@ -120,6 +120,7 @@ class Answer:
 
 
 def _read_answer(said: Any, called: Called, origin: Origin) -> Answer:
+    """An answer of the process, as this origin's."""
     if called.kept and isinstance(said, list):
         inner = _read_answer(said[0], replace(called, kept=()), origin)
         known = isinstance(inner.value, int) and None not in said[1:]

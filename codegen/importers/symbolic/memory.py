@@ -144,6 +144,7 @@ def _added(value: Feature) -> int | None:
 
 
 def _whole(value: Any, at: int, where: str) -> int:
+    """What a feature computes of a whole number."""
     number = value.value(float(at))
     if number != int(number):
         raise InputError(f"what is remembered may be {number}", where, FINITE)

@@ -158,6 +158,7 @@ class Growth:
                 self.nan &= high < last or turns.nan != (turns.first ^ (which % 2 == 1))
 
     def _find_turns(self, test: Test, numbers: str) -> Turns:
+        """The turns of a test of what is computed, which takes long to search for."""
         if test.key not in self._turns:
             self._turns[test.key] = turns_of(test, numbers)
         return self._turns[test.key]

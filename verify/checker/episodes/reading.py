@@ -274,6 +274,7 @@ class EpisodeReading:
         return self._follow_choice(chosen, now)
 
     def _ask_claim(self, chosen: tuple[int, ...], now: Now) -> Place | None:
+        """The claim, where it is asked now."""
         if self._always or now.step == self.steps:
             return CLAIM, self.claim, chosen, now
         return self._going_on(chosen, now)
