@@ -36,7 +36,7 @@ class Judge:
 
     def __init__(self, system, profile):
         self.system = plain(documents.document(system))
-        self.agents = [{"agent": one.agent, "nodes": nodes(one)} for one in profile.agents]
+        self.agents = [{"agent": one.agent, "numbers": one.numbers, "nodes": nodes(one)} for one in profile.agents]
         self.ranges = {one.name: one.range for one in system.variables}
 
     def drawn(self, rng):

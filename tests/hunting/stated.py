@@ -9,7 +9,7 @@ Does not: import anything of ours, or choose what is played (sampling.py).
 from fractions import Fraction
 from math import prod
 
-from tests.hunting.giving import NARROW, nearest
+from tests.hunting.giving import NARROW, WIDE, nearest
 
 
 def total(form, state):
@@ -45,10 +45,10 @@ def seen(feature, state):
 
 def action(agent, features, state):
     """The name of what an agent does. A node: [feature, threshold, left, right], or [action]."""
-    node = agent["nodes"][0]
+    node, numbers = agent["nodes"][0], WIDE if agent.get("numbers") == "float64" else NARROW
     while len(node) > 1:
         name, threshold, left, right = node
-        node = agent["nodes"][left if nearest(seen(features[name], state), NARROW) <= threshold else right]
+        node = agent["nodes"][left if nearest(seen(features[name], state), numbers) <= threshold else right]
     return node[0]
 
 
