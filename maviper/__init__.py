@@ -473,8 +473,8 @@ def repair(
     Args:
         profile: The team, or its file.
         claim: distinct_targets or own_target, by name or as an object, such as
-            `claims.OwnTarget(landmarks=["landmark_1", "landmark_0"])`; or a world file, by all of whose claims guards
-            are put above trees.
+            `claims.OwnTarget(landmarks=["landmark_1", "landmark_0"])`; or a file of claims, all of which are to
+            hold; or a world file, by all of whose claims guards are put above trees.
         region: `start`, or a region file.
         progress: As for `extract`.
 
@@ -488,9 +488,13 @@ def repair(
     from pathlib import Path
 
     from codegen.profiles import ensure
-    from maviper.verification.repair import repair_profile, request
+    from maviper.verification.ask import DEFAULT
+    from maviper.verification.repair import find_claims, repair_profile, request
 
     with _told(progress, "repairing", "claim"):
+        file = find_claims(claim)
+        if file is not None:
+            return repair_profile(ensure(_team(profile)), file, str(region), request(DEFAULT, asked))
         if isinstance(claim, Path) or (isinstance(claim, str) and claim.endswith(".toml")):
             from maviper.verification.guarding import ensure_unasked, repair_stated
 

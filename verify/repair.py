@@ -1,10 +1,10 @@
 """Repairs of a team: leaves from which a claim can fail are guarded until it is proved.
 
 Does: finds the cheapest guard of a node, a small tree that keeps an agent engaged with one landmark wherever the node
-  decides, with tests on the agent's own offset to it, by dynamic programming over the rectangles of a grid; gives each
-  agent a landmark of its own, guards the leaves that counterexamples of the zone engine end in, or the splits above
-  them where trees would get too deep; takes back guards that the proof does not need.
-Assumes: a claim about matchings between a team and the landmarks; agents that observe their offsets to the landmarks on
+  decides, for all claims about the agent, with tests on its own offset to it, by dynamic programming over the
+  rectangles of a grid; gives each agent a landmark of its own, guards the leaves that counterexamples of the zone
+  engine end in, or the splits above them where trees would get too deep; takes back guards that no proof needs.
+Assumes: claims about matchings between a team and the landmarks; agents that observe their offsets to the landmarks on
   both axes; a radius above the margin.
 Does not: give a verdict (verdicts/decisions.py decides anew, with both engines), measure play, write files.
 
@@ -13,9 +13,10 @@ Intervals are the exact ones of the deployed arithmetic, taken closed, so that s
 its agent engaged with the agent's landmark, so no leaf below it is met again and the search ends.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import product
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -32,7 +33,7 @@ from verify.checker.thresholds import sides
 from verify.claims.decisions import DecisionClaim, DistinctTargets, OwnTarget, engages
 from verify.claims.formula import TRUE, Linear, for_goal, holds
 from verify.claims.region import Interval, Region
-from verify.question import DecisionQuestion
+from verify.question import AnyClaim, DecisionQuestion
 from verify.result import Verdict
 from verify.spending import tell
 from verify.states.state import sample
@@ -98,9 +99,11 @@ def offset_features(policy: AgentPolicy, landmark: str) -> tuple[int, int]:
     return columns[0], columns[1]
 
 
-def guard(question: DecisionQuestion, post: Post, seen: Seen, max_levels: int | None = None) -> Guard | None:
-    """The cheapest guard of a node for a landmark, at most `max_levels` deep; None when there is none."""
-    return _Grid(question, post, seen).cheapest(max_levels)
+def guard(asked: Sequence[DecisionQuestion], post: Post, seen: Seen, max_levels: int | None = None) -> Guard | None:
+    """The cheapest guard of a node for a landmark, for all of some questions, at most `max_levels` deep; None when
+    there is none.
+    """
+    return _Grid(asked, post, seen).cheapest(max_levels)
 
 
 class _Action(NamedTuple):
@@ -119,24 +122,28 @@ class _Action(NamedTuple):
 class _Grid:
     """The offsets to one landmark that reach a node, cut where closing or being near begins and ends."""
 
-    def __init__(self, question: DecisionQuestion, post: Post, seen: Seen) -> None:
+    def __init__(self, asked: Sequence[DecisionQuestion], post: Post, seen: Seen) -> None:
         policy, node, landmark = post
-        self._policy, self._node, self._landmark, self._claim = policy, node, landmark, question.claim
-        self._features, self._semantics = offset_features(policy, landmark), question.semantics
-        box = box_of(policy.tree, node)
-        reach = [_reach(question.region, policy.agent, landmark, axis) for axis in "xy"]
+        self._policy, self._node, self._landmark = policy, node, landmark
+        self._features, self._semantics = offset_features(policy, landmark), asked[0].semantics
+        self._claims = [question.claim for question in asked]
+        box, drawn = box_of(policy.tree, node), sorted({line for claim in self._claims for line in _lines(claim)})
         self._lines: list[list[float]] = []
-        self._ends: list[list[Fraction]] = []
-        for feature, (low, high) in zip(self._features, reach, strict=True):
+        self._ends: list[list[list[Fraction]]] = []  # by axis and claim, whose region has ends of its own
+        for axis, feature in zip("xy", self._features, strict=True):
             below, above = box.low.get(feature), box.high.get(feature)
             least, most = (-np.inf if below is None else below), (np.inf if above is None else above)
-            lines = [line for line in _lines(question.claim) if least < line < most]
-            first = low if below is None else max(low, self._end(feature, below))
-            last = high if above is None else min(high, self._end(feature, above))
+            lines = [line for line in drawn if least < line < most]
+            inner = [self._end(feature, line) for line in lines]
             self._lines.append(lines)
-            self._ends.append([first, *(self._end(feature, line) for line in lines), last])
+            self._ends.append([])
+            for question in asked:
+                low, high = _reach(question.region, policy.agent, landmark, axis)
+                first = low if below is None else max(low, self._end(feature, below))
+                last = high if above is None else min(high, self._end(feature, above))
+                self._ends[-1].append([first, *inner, last])
         self._known: dict[tuple[_Cells, int], tuple[GuardCost, _Node] | None] = {}
-        self._sides: dict[tuple[int, tuple[int, ...], float], tuple[bool, bool] | None] = {}
+        self._sides: dict[tuple[int, int, tuple[int, ...], float], tuple[bool, bool] | None] = {}
         self._alone: dict[_Cells, list[tuple[GuardCost, _Node]]] = {}  # leaves of a rectangle, however deep it lies
         below = leaves_below(policy.tree, node)
         here = np.isin(seen.leaf, below)
@@ -195,29 +202,24 @@ class _Grid:
                 yield left[0] + right[0] + GuardCost(PRICE, 0.0), (*test, left[1], right[1])
 
     def _safe(self, pushed: tuple[float, float], cells: "_Cells") -> bool:
-        """Returns True if an action that pushes so keeps the agent engaged in all of a rectangle."""
-        on_x, on_y = self._side(0, cells[:2], pushed[0]), self._side(1, cells[2:], pushed[1])
+        """Returns True if an action that pushes so keeps the agent engaged, by each claim, in all of a rectangle."""
+        return all(self._keeps(claim, pushed, cells) for claim in range(len(self._claims)))
+
+    def _keeps(self, claim: int, pushed: tuple[float, float], cells: "_Cells") -> bool:
+        on_x, on_y = self._side(claim, 0, cells[:2], pushed[0]), self._side(claim, 1, cells[2:], pushed[1])
         if on_x is None or on_y is None:
             return True  # no state of the region is there
         return on_x[0] or on_y[0] or (on_x[1] and on_y[1])
 
-    def _side(self, axis: int, span: tuple[int, ...], push: float) -> tuple[bool, bool] | None:
+    def _side(self, claim: int, axis: int, span: tuple[int, ...], push: float) -> tuple[bool, bool] | None:
         """Of one side of a rectangle: whether the push closes in all of it, and whether all where it does not is
-        near. None where no state of the region is there.
+        near. None where no state of the claim's region is there.
         """
-        if (axis, span, push) not in self._sides:
-            low, high = (self._ends[axis][end] for end in span)
-            self._sides[axis, span, push] = None if low > high else self._decide_engaged(low, high, Fraction(push))
-        return self._sides[axis, span, push]
-
-    def _decide_engaged(self, low: Fraction, high: Fraction, push: Fraction) -> tuple[bool, bool]:
-        margin, radius = self._claim.margin, self._claim.radius
-        if push:
-            least, most = sorted((push * low, push * high))
-            if least > margin:
-                return True, True
-            low, high = sorted((least / push, min(most, margin) / push))
-        return False, -radius <= low and high <= radius
+        key = claim, axis, span, push
+        if key not in self._sides:
+            low, high = (self._ends[axis][claim][end] for end in span)
+            self._sides[key] = None if low > high else _decide_engaged(self._claims[claim], low, high, Fraction(push))
+        return self._sides[key]
 
     def _end(self, feature: int, threshold: float) -> Fraction:
         """Where the left side of a test ends, as an exact offset."""
@@ -237,6 +239,16 @@ class _Grid:
         for table, values in zip(tables, (weight, weight * offsets[0], weight * offsets[1]), strict=True):
             np.add.at(table, cells, values)
         return tables[0], (tables[1], tables[2])
+
+
+def _decide_engaged(claim: DecisionClaim, low: Fraction, high: Fraction, push: Fraction) -> tuple[bool, bool]:
+    """Of offsets on one axis: whether the push closes on all of them, and whether those where it does not are near."""
+    if push:
+        least, most = sorted((push * low, push * high))
+        if least > claim.margin:
+            return True, True
+        low, high = sorted((least / push, min(most, claim.margin) / push))
+    return False, -claim.radius <= low and high <= claim.radius
 
 
 _Node: TypeAlias = "int | tuple[int, float, _Node, _Node]"  # an action, or (feature, threshold, left, right)
@@ -295,44 +307,65 @@ class Repair:
         return sum(one.changed + PRICE * ((len(one.tree.feature) - 1) // 2) for one in self.guards)
 
 
+def is_repairable(claim: AnyClaim) -> bool:
+    """Returns True if guards can make a claim true: matchings without errors of features, wherever a region reaches."""
+    return isinstance(claim, DecisionClaim) and claim.of in REPAIRABLE and not claim.eps and claim.assume == TRUE
+
+
 def refuse_repair(claim: str) -> InputError:
     """The error about a claim that is beyond this method."""
     return InputError(f"{claim} cannot be repaired", "--claim", f"only {' and '.join(REPAIRABLE)} can")
 
 
-def repair(question: DecisionQuestion, visited: Float64 | None = None, max_depth: int | None = None) -> Repair:
+def repair(
+    question: DecisionQuestion,
+    visited: Float64 | None = None,
+    max_depth: int | None = None,
+    beside: Sequence[DecisionQuestion] = (),
+    broken: Callable[[PolicyProfile], str] = lambda repaired: "",
+) -> Repair:
     """The cheapest repair found over matchings of the team to the landmarks.
 
     `visited`: coordinates [n, n_coordinates] of states whose actions should stay, which weigh as much as uniform states
     of the region; what changes is weighed in the deployed arithmetic, whichever is asked about. `max_depth`: repairs
-    within it are preferred. InputError for a claim or a team beyond this method.
+    within it are preferred. `beside`: questions about the same profile whose claims are repaired at the same time, by
+    guards that keep all of them. `broken`: why a repair is none, since it breaks what else is to hold; "": it is one.
+    InputError for a claim or a team beyond this method.
     """
-    claim = question.claim
-    if claim.of not in REPAIRABLE or claim.eps or claim.assume != TRUE:
-        raise refuse_repair(claim.shown)
-    team = _Team(question, visited, max_depth)
+    asked = (question, *beside)
+    for each in asked:
+        if not is_repairable(each.claim):
+            raise refuse_repair(each.claim.shown)
+    team = _Team(asked, visited, max_depth)
     tried = [_attempt(team, roles) for roles in team.matchings()]
 
     def rank(repair: Repair) -> tuple[bool, bool, float]:
         return not repair.ended, max_depth is not None and repair.depth > max_depth, repair.price
 
-    return min(tried, key=rank)
+    failed = list[Repair]()
+    for each in sorted(tried, key=rank):
+        reason = broken(each.profile) if each.ended else each.reason
+        if not reason:
+            return each
+        failed.append(replace(each, ended=False, reason=reason))
+    return failed[0]
 
 
 class _Team:
     """A team to repair: the guards of its leaves, made when they are asked for."""
 
-    def __init__(self, question: DecisionQuestion, visited: Float64 | None, max_depth: int | None) -> None:
-        profile = question.profile
-        self.question, self.profile, self.claim, self.semantics = question, profile, question.claim, question.semantics
-        self.policies = question.team
-        self.landmarks = [landmark.name for landmark in profile.world.landmarks]
+    def __init__(self, asked: Sequence[DecisionQuestion], visited: Float64 | None, max_depth: int | None) -> None:
+        self.asked, self.profile, self.semantics = asked, asked[0].profile, asked[0].semantics
+        teams = {policy.agent: policy for question in asked for policy in question.team}
+        self.policies = tuple(teams.values())
+        self._about = {agent: [one for one in asked if teams[agent] in one.team] for agent in teams}
+        self.landmarks = [landmark.name for landmark in self.profile.world.landmarks]
         for policy in self.policies:
             for landmark in self.landmarks:
                 offset_features(policy, landmark)
         self._max_depth = max_depth
         self._levels = {policy.agent: ir.depth(policy.tree) for policy in self.policies}
-        self._seen = {policy.agent: _weigh_states(question, policy, visited) for policy in self.policies}
+        self._seen = {agent: _weigh_states(self._about[agent], policy, visited) for agent, policy in teams.items()}
         self._guards: dict[tuple[str, int, str], Guard | None] = {}
 
     def guard(self, policy: AgentPolicy, leaf: int, landmark: str) -> Guard | None:
@@ -340,8 +373,12 @@ class _Team:
         key = policy.agent, leaf, landmark
         if key not in self._guards:
             anywhere = Post(policy, leaf, landmark)
-            self._guards[key] = self._within(anywhere) or guard(self.question, anywhere, self._seen[policy.agent])
+            self._guards[key] = self._within(anywhere) or self._make(anywhere)
         return self._guards[key]
+
+    def _make(self, post: Post, levels: int | None = None) -> Guard | None:
+        agent = post.policy.agent
+        return guard(self._about[agent], post, self._seen[agent], levels)
 
     def _within(self, post: Post) -> Guard | None:
         """The guard of the nearest node, upwards from a leaf, that keeps within the depth asked for; None without."""
@@ -350,20 +387,36 @@ class _Team:
             return None
         for node in upwards(policy.tree, leaf):
             levels = self._max_depth - int(self._levels[policy.agent][node])
-            nearest = guard(self.question, Post(policy, node, landmark), self._seen[policy.agent], levels)
+            nearest = self._make(Post(policy, node, landmark), levels)
             if nearest is not None:
                 return nearest
         return None
 
     def matchings(self) -> list[dict[str, str]]:
-        """The matchings to try: the one that the claim fixes, or those whose guards everywhere change least."""
-        names = [policy.agent for policy in self.policies]
-        chosen = [tuple(mark for _, mark in each) for each in self.claim.engagements(self.profile)]
-        if len(chosen) == 1:
-            return [dict(zip(names, chosen[0], strict=True))]
-        costs = {(p.agent, mark): self._everywhere(p, mark) for p in self.policies for mark in self.landmarks}
-        chosen.sort(key=lambda marks: sum(costs[pair] for pair in zip(names, marks, strict=True)))
-        return [dict(zip(names, marks, strict=True)) for marks in chosen[:TRIED]]
+        """The matchings to try: the one that claims fix, or those whose guards everywhere change least; of several
+        teams each with each. InputError where claims about a team fix different ones.
+        """
+        costs = dict[tuple[str, str], float]()
+
+        def cost(pairs: tuple[tuple[str, str], ...]) -> float:
+            for agent, mark in pairs:
+                if (agent, mark) not in costs:
+                    costs[agent, mark] = self._everywhere(self.profile.policy(agent), mark)
+            return sum(costs[pair] for pair in pairs)
+
+        chosen = list[list[tuple[tuple[str, str], ...]]]()
+        for name in dict.fromkeys(question.claim.team for question in self.asked):
+            claims = [question.claim for question in self.asked if question.claim.team == name]
+            sets = [
+                [tuple((policy.agent, mark) for policy, mark in each) for each in claim.engagements(self.profile)]
+                for claim in claims
+            ]
+            common = [pairs for pairs in sets[0] if all(pairs in others for others in sets)]
+            if not common:
+                what = f"{' and '.join(dict.fromkeys(claim.shown for claim in claims))} ask for different landmarks"
+                raise InputError(what, f"team {name}", "guards keep one landmark an agent: repair one of the claims")
+            chosen.append(sorted(common, key=cost)[:TRIED] if len(common) > 1 else common)
+        return [dict(pair for pairs in way for pair in pairs) for way in product(*chosen)]
 
     def _everywhere(self, policy: AgentPolicy, landmark: str) -> float:
         guards = [self.guard(policy, int(leaf), landmark) for leaf in ir.leaves(policy.tree)]
@@ -383,10 +436,13 @@ class _Team:
         return replace(self.profile, agents=tuple(agents))
 
 
-def _weigh_states(question: DecisionQuestion, policy: AgentPolicy, visited: Float64 | None) -> Seen:
-    """Uniform states of the region and visited ones, each kind with half of the weight where both are there."""
-    world = question.profile.world
-    drawn, _ = sample(question.region, world, SAMPLES, SAMPLE_SEED)
+def _weigh_states(asked: Sequence[DecisionQuestion], policy: AgentPolicy, visited: Float64 | None) -> Seen:
+    """Uniform states of the regions and visited ones, each kind with half of the weight where both are there."""
+    world, regions = asked[0].profile.world, list[Region]()
+    for question in asked:
+        if question.region not in regions:
+            regions.append(question.region)
+    drawn = np.concatenate([sample(region, world, SAMPLES, SAMPLE_SEED)[0] for region in regions])
     kinds = [drawn] if visited is None else [drawn, visited]
     kinds = [kind for kind in kinds if len(kind)] or [drawn]  # a region too thin to sample: only leaves have a price
     rows = observe(policy.features, np.concatenate(kinds), world, policy.numbers)
@@ -398,15 +454,14 @@ def _attempt(team: _Team, roles: Mapping[str, str]) -> Repair:
     """Guards for one matching, from counterexample to counterexample."""
     guards, rounds = dict[tuple[str, int], Guard](), 0
     leaves = sum(len(ir.leaves(policy.tree)) for policy in team.policies)
+    open_ = list(team.asked)
     while True:
         profile = team.insert_guards(guards)
-        try:
-            outcome = engine.decide(team.question.of(profile))
-        except engine.BeyondZonesError as error:
-            what = "the claim needs more than difference bounds"
-            raise InputError(what, str(error), "it cannot be repaired") from None
-        if outcome.verdict is Verdict.PROVED:
+        failing = next(_iterate_failing(open_, profile), None)
+        if failing is None:
             break
+        question, outcome = failing
+        open_.sort(key=lambda one: one is not question)  # asked first, since it may fail elsewhere, too
         if outcome.state is None:
             reason = outcome.reason or f"the zone engine said {outcome.verdict.value}"
             return Repair(profile, roles, tuple(guards.values()), rounds, False, reason)
@@ -414,10 +469,11 @@ def _attempt(team: _Team, roles: Mapping[str, str]) -> Repair:
         tell(len(guards), leaves, "guards set, at most one per leaf")
         at, goal = dict(outcome.state), outcome.goal
         at |= {f"{ir.GOAL}.{axis}": at[f"{goal}.{axis}"] for axis in "xy"} if goal is not None else {}
-        for policy in team.policies:  # as they were before the repair
+        for policy in question.team:  # as they were before the repair
             now = profile.policy(policy.agent)
             action = int(now.tree.action[_leaf(now, team.semantics, at)])
-            if holds(for_goal(engages(now, roles[now.agent], team.claim), goal), at, {now.agent: action}):
+            engaged = for_goal(engages(now, roles[now.agent], question.claim), goal)
+            if holds(engaged, at, {now.agent: action}):
                 continue
             leaf = _leaf(policy, team.semantics, at)
             above = {(policy.agent, node) for node in upwards(policy.tree, leaf)}
@@ -431,10 +487,23 @@ def _attempt(team: _Team, roles: Mapping[str, str]) -> Repair:
             guards[policy.agent, one.node] = one
     for key in sorted(guards, key=lambda key: (-guards[key].changed, key)):
         fewer = {other: one for other, one in guards.items() if other != key}
-        again = engine.decide(team.question.of(team.insert_guards(fewer)))
-        if again.verdict is Verdict.PROVED:
+        if next(_iterate_failing(open_, team.insert_guards(fewer)), None) is None:
             guards = fewer
     return Repair(team.insert_guards(guards), roles, tuple(guards[key] for key in sorted(guards)), rounds, True)
+
+
+def _iterate_failing(
+    asked: Sequence[DecisionQuestion], profile: PolicyProfile
+) -> Iterator[tuple[DecisionQuestion, engine.Outcome]]:
+    """Yields the questions that zones do not prove of a profile, with what they say. InputError beyond zones."""
+    for question in asked:
+        try:
+            outcome = engine.decide(question.of(profile))
+        except engine.BeyondZonesError as error:
+            what = "the claim needs more than difference bounds"
+            raise InputError(what, str(error), "it cannot be repaired") from None
+        if outcome.verdict is not Verdict.PROVED:
+            yield question, outcome
 
 
 def _leaf(policy: AgentPolicy, semantics: str, at: Mapping[str, Fraction]) -> int:

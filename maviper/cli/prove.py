@@ -153,7 +153,8 @@ def replay(console: "Console", counterexample: Path, profile: Path | None, world
     show_default=True,
     metavar="CLAIM",
     section=QUESTION,
-    help='distinct_targets or own_target, with parameters if you like: "own_target(radius=0.2)"; or a world file.',
+    help='distinct_targets or own_target, with parameters if you like: "own_target(radius=0.2)"; or a file of claims, '
+    "or a world file.",
 )
 @REGION
 @options_of(RepairOptions, "max_depth", "episodes")
@@ -167,6 +168,9 @@ def repair(
     becomes a small tree that tests the agent's offset to its landmark: a guard. It keeps the agent engaged with the
     landmark: closing on it, or at it. If a tree would be deeper than allowed (--max-depth), the guard replaces a split
     above the leaf. All other leaves decide as before. Both engines must prove the claim in the region.
+
+    If CLAIM is a file of claims, all of them are proved: guards keep those of the two kinds at the same time, and no
+    other claim of the file may break.
 
     If CLAIM is a world file, its claims that episodes stay in a region are proved. A guard stands above a tree: it
     tests a feature that measures one variable, and acts before that leaves its bounds.
@@ -184,23 +188,24 @@ def repair(
     from maviper.files import outputs, runs
     from maviper.files.profiles import load
     from maviper.page.page import FILE, page_of, unplayable
-    from maviper.verification.repair import region_text, repair_profile, request_call
+    from maviper.verification.ask import DEFAULT
+    from maviper.verification.repair import find_claims, region_text, repair_profile, request, request_call
     from verify.spending import listening
 
-    if claim.endswith(".toml"):
+    file = find_claims(claim)
+    if file is None and claim.endswith(".toml"):
         return _repair_stated(console, profile, Path(claim), output, region, options)
-    name, asked = request_call(claim, options)
+    name, asked = request_call(claim, options) if file is None else (file, request(DEFAULT, options))
     before = load(profile)
     runs.room(output)
     outputs.ensure_own(output, {runs.PROFILE_FILE: dumps(before)}, outputs.REPAIR)
-    given = [profile, Path(region)]
+    given = [profile, Path(region), *([] if file is None else [file])]
     beside = outputs.without_given(output, region_text(region, before), {Path(region).name: Path(region)})
     outputs.ensure_free(output, outputs.REPAIR, beside, given, rf"{outputs.REPAIR.names}|{runs.PROFILE_FILE}")
     with console.following("repairing") as listener, listening(listener):
         outcome = repair_profile(before, name, region, asked, profile.name)
     if outcome.after is None:
-        subject = f"{outcome.claim.name} of the {outcome.claim.team}, region {outcome.region.name}"
-        console.line("not repaired", f"{subject}: {outcome.repair.reason}")
+        console.line("not repaired", f"{outcome.subject}: {outcome.repair.reason}")
         console.line("", f"{format_count(len(outcome.repair.guards), 'guard')} set; nothing was written")
         return _end_unrepaired(outcome.repair.reason, output, given, console)
     say_repair(outcome, console)
@@ -210,10 +215,8 @@ def repair(
     console.result("next", f"maviper diff {profile} {output / runs.PROFILE_FILE}")
     depth, most = outcome.repair.depth, asked.max_depth
     if most is not None and depth > most:
-        console.line(
-            "too deep",
-            f"the trees have depth {depth}, more than the {most} asked for; extract with a smaller --max-depth",
-        )
+        said = f"the trees have depth {depth}, more than the {most} asked for; extract with a smaller --max-depth"
+        console.line("too deep", said)
         return ExitCode.VIOLATED
     return code
 

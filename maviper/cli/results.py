@@ -88,7 +88,8 @@ def say_repair(done: "Repaired", console: Console) -> None:
 
     before, repair = done.before, done.repair
     if not repair.guards:
-        console.line("repaired", "nothing: no state of the region violates the property")
+        as_it_is = "each claim holds as it is" if done.file else "no state of the region violates the property"
+        console.line("repaired", f"nothing: {as_it_is}")
         return
     guards = "guard" if len(repair.guards) == 1 else "guards"
     roles = ", ".join(f"{agent} for {landmark}" for agent, landmark in repair.roles.items())

@@ -8,7 +8,7 @@ Does not: make the other policy, judge whether it is worth its price, or whether
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -96,17 +96,17 @@ class Cost:
 def measure_cost(
     before: ir.PolicyProfile,
     after: ir.PolicyProfile,
-    team: str,
+    teams: Collection[str],
     region: Region,
     world: ParticleWorld | None,
     expert: Player | None,
     episodes: int,
 ) -> Cost:
-    """Measures what `after` costs a team in play against the shipped expert, or else the profile's own trees."""
+    """Measures what `after` costs some teams in play against the shipped expert, or else the profile's own trees."""
     uniform = exact = None
     if not find_unbounded(region):
-        uniform = _count_differing(before, after, team, sample(region, before.world, SAMPLES, SAMPLE_SEED)[0])
-        exact = _exactly(before, after, team, region)
+        uniform = _count_differing(before, after, teams, sample(region, before.world, SAMPLES, SAMPLE_SEED)[0])
+        exact = _exactly(before, after, teams, region)
     if world is None:
         return Cost(uniform, exact, None, NO_WORLD)
     seeds = range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + episodes)
@@ -115,13 +115,13 @@ def measure_cost(
     met = None
     for profile in (before, after):
         own = tree_policies(profile.agents)
-        lineup = [own if policy.team == team else others for policy in profile.agents]
+        lineup = [own if policy.team in teams else others for policy in profile.agents]
         played = rollout(world, lineup, seeds)
         parts = [measures.table(world, each) for each in played]
-        tables.append({m: np.concatenate([part[m] for part in parts]) for m in parts[0] if m.team == team})
+        tables.append({m: np.concatenate([part[m] for part in parts]) for m in parts[0] if m.team in teams})
         if met is None:
             states = [WorldState.concatenate(each.states[:-1]) for each in played]
-            met = _count_differing(before, after, team, np.concatenate([world.coordinates(state) for state in states]))
+            met = _count_differing(before, after, teams, np.concatenate([world.coordinates(state) for state in states]))
     compared = [
         Compared(
             measure, estimate(measure, old), estimate(measure, tables[1][measure]), _mean(tables[1][measure] - old)
@@ -171,18 +171,22 @@ def differing(
     )
 
 
-def _count_differing(before: ir.PolicyProfile, after: ir.PolicyProfile, team: str, coordinates: ir.Float64) -> Share:
-    """In how many states some agent of the team acts differently."""
-    agents = [policy.agent for policy in before.team(team)]
+def _count_differing(
+    before: ir.PolicyProfile, after: ir.PolicyProfile, teams: Collection[str], coordinates: ir.Float64
+) -> Share:
+    """In how many states some agent of the teams acts differently."""
+    agents = [policy.agent for team in teams for policy in before.team(team)]
     other = differing(before, after, agents, coordinates).any(axis=0)
     return Share(int(np.sum(other)), len(coordinates))
 
 
-def _exactly(before: ir.PolicyProfile, after: ir.PolicyProfile, team: str, region: Region) -> Fraction | None:
-    """In which share of a region some agent of the team acts differently; None where zones do not tell it."""
+def _exactly(
+    before: ir.PolicyProfile, after: ir.PolicyProfile, teams: Collection[str], region: Region
+) -> Fraction | None:
+    """In which share of a region some agent of the teams acts differently; None where zones do not tell it."""
     from verify.verdicts.differences import difference  # which imports the solver
 
-    agents = [policy.agent for policy in before.team(team)]
+    agents = [policy.agent for team in teams for policy in before.team(team)]
     least, most = difference(before, after, agents, region, budgets=Budgets(max_cells=MAX_CELLS)).together
     return least if least == most else None
 

@@ -192,7 +192,7 @@ def _outcome(given: Failing, after: PolicyProfile, place: Path, expert: Player, 
         learned = Share(int((~fails(Question(Game(after), claim, region), given.states)).sum()), len(given.states))
     cost = None
     if before is not None:
-        cost = comparison.measure_cost(before, after, claim.team, region, world, expert, held_out.EVALUATION_EPISODES)
+        cost = comparison.measure_cost(before, after, [claim.team], region, world, expert, held_out.EVALUATION_EPISODES)
     words = shlex.split(given.command) or ["maviper", "verify", runs.PROFILE_FILE]
     command = shlex.join([*words[:2], str(place), *words[3:]])
     shares = failures(before), failures(after if whole else None)

@@ -22,7 +22,7 @@ from codegen.profiles import ensure
 from codegen.rows import Shown
 from maviper.compilation.compile import BEFORE_REPAIR
 from maviper.evaluation.comparison import sizes_document
-from maviper.files import kinds, runs
+from maviper.files import runs
 from maviper.options import RepairOptions, complete_options
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.repair import COST_FILE
@@ -32,7 +32,6 @@ from verify.question import Question
 from verify.reach.guards import Answer, Guard, hold, insert
 from verify.result import AnyResult, Verdict
 from verify.systems.claims import SystemClaim
-from verify.systems.files import MAX_BYTES
 from verify.systems.system import ensure_in_steps
 
 SAMPLES = 16  # random episodes that may refute a claim before it is proved
@@ -118,9 +117,6 @@ def repair_stated(before: PolicyProfile, world: Path, name: str = runs.PROFILE_F
     sums, a file that cannot be used, and a system in continuous time.
     """
     ensure_plain(before, VERIFIER)
-    if kinds.kind_of(runs.read(world, MAX_BYTES)) is kinds.CLAIMS:
-        advice = "name one claim, such as distinct_targets; claims about a system stand in its world file"
-        raise InputError("a repair takes no file of claims", str(world), advice)
     asking = _Asking(before, VerifyOptions(world=world))
     system = asking.stated.statement.system
     ensure_in_steps(system, "a repair")

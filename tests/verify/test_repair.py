@@ -229,6 +229,42 @@ def test_claims_and_teams_beyond_it_are_input_errors(profile, claim):
         repair(Question(Game(replace(profile, agents=agents)), claim, region))
 
 
+def test_claims_beside_one_another_are_kept_by_the_same_guards(profile):
+    """Guards for the wide claim alone do not keep the narrow one in its own region."""
+    start = start_region(profile.world)
+    right = {"landmark_0.x": (Fraction(1, 2), Fraction(1)), "agent_0.x": (Fraction(-1), Fraction(0))}
+    wide = find_property("own_target", profile, radius=Fraction(1, 2))
+    narrow = find_property("own_target", profile, radius=Fraction(1, 30), margin=Fraction(1, 40))
+    wrong = team(profile, random_tree(np.random.default_rng(0), 10, 2), towards(1, 1))
+    asked = [Question(Game(wrong), wide, start), Question(Game(wrong), narrow, Region(start.box | right, start.goals))]
+    alone = repair(asked[0])
+    assert alone.ended and engine.decide(asked[1].of(alone.profile)).verdict is Verdict.VIOLATED
+    found = repair(asked[0], beside=asked[1:])
+    assert found.ended
+    for each in asked:
+        proved(found.profile, each.claim, each.region)
+    unchanged(wrong, found, start)
+
+
+def test_claims_that_fix_different_landmarks_are_refused(profile):
+    region = start_region(profile.world)
+    asked = [
+        Question(Game(profile), find_property("own_target", profile, landmarks=marks), region)
+        for marks in (("landmark_0", "landmark_1"), ("landmark_1", "landmark_0"))
+    ]
+    with pytest.raises(InputError, match="ask for different landmarks"):
+        repair(asked[0], beside=asked[1:])
+
+
+def test_a_repair_that_breaks_something_else_gives_way_to_the_next(profile, claim):
+    question = Question(Game(team(profile, tree(STAY), tree(STAY))), claim, start_region(profile.world))
+    first = repair(question)
+    second = repair(question, broken=lambda after: "no" if dumps(after) == dumps(first.profile) else "")
+    assert second.ended and second.roles != first.roles and first.price <= second.price
+    none = repair(question, broken=lambda after: "something else breaks")
+    assert not none.ended and none.reason == "something else breaks" and none.guards
+
+
 def test_leaves_and_splits_are_grafted_upon():
     with pytest.raises(KeyError):
         graft_parts(ASTRAY, {len(ASTRAY.feature): tree(STAY)})

@@ -111,6 +111,58 @@ def test_wrong_options_are_input_errors(before, tmp_path, capsys, wrong, what):
     assert what in capsys.readouterr().err
 
 
+FILE = """[[claim]]
+name = "distinct_targets"
+[[claim]]
+name = "own_target"
+radius = "1/5"
+region = { box = { "agent_0.y" = [-1, -0.5], "landmark_0.y" = [0.5, 1] } }
+[[claim]]
+label = "OTHER"
+formula = "FORMULA"
+"""
+
+
+def test_all_claims_of_a_file_are_proved(before, tmp_path, capsys):
+    file, out = tmp_path / "claims.toml", tmp_path / "out"
+    away = "not (agent_0.y < -0.9 and landmark_0.y > 0.9) or not acts(agent_0) == down"
+    file.write_text(FILE.replace("FORMULA", away).replace("OTHER", "not away"))
+    assert repaired(tmp_path, before, "--claim", str(file), "--episodes", "10") == 0
+    assert "PROVED      not away" in "".join(capsys.readouterr())
+    assert len(list(out.glob("certificate-*.json"))) == 3
+    for certificate in out.glob("certificate-*.json"):
+        assert main.run(["check", str(certificate)]) == 0
+    told = json.loads((out / "repair.json").read_text())
+    assert [each["property"] for each in told["claims"]] == ["distinct_targets", "own_target", "formula"]
+    assert f"--claim {file.name} --region start" in told["command"]
+    after = load(out / "profile.json")
+    assert after.provenance.training["repair"] == "the claims of claims.toml"
+    assert [str(each.verdict) for each in maviper.verify_file(after, file)] == ["PROVED"] * 3
+
+
+@pytest.mark.parametrize(
+    "formula, told",
+    [
+        ("not acts(agent_1) == up", "is VIOLATED without guards and VIOLATED with them; only distinct_targets and"),
+        ("not acts(agent_1) == right", "OTHER is PROVED without guards and VIOLATED with them"),
+    ],
+)
+def test_a_repair_that_breaks_another_claim_of_its_file_is_none(before, tmp_path, capsys, formula, told):
+    file = tmp_path / "claims.toml"
+    file.write_text(FILE.replace("FORMULA", formula))
+    assert repaired(tmp_path, before, "--claim", str(file), "--episodes", "10") == 3
+    assert told in capsys.readouterr().err and not (tmp_path / "out").exists()
+
+
+def test_what_a_file_of_claims_cannot_have_repaired_is_refused(before, tmp_path):
+    file = tmp_path / "claims.toml"
+    file.write_text('[[claim]]\nname = "no_double"\n')
+    with pytest.raises(InputError, match="no_double cannot be repaired"):
+        maviper.repair(before, file)
+    with pytest.raises(InputError, match="radius has no effect with a file of claims"):
+        maviper.repair(before, file, radius=0.2)
+
+
 def test_one_episode_bounds_nothing_and_is_written(before, tmp_path):
     assert repaired(tmp_path, before, "--episodes", "1") == 0
     cost = json.loads((tmp_path / "out" / "repair.json").read_text())
@@ -174,9 +226,6 @@ def test_what_is_written_is_accepted_and_says_what_changed(world, tmp_path, caps
     assert (tmp_path / "again" / "profile.json").read_text() == (out / "profile.json").read_text()
     assert main.run([*asked, "--max-depth", "3"]) == 2
     assert "--max-depth has no effect with a world file" in capsys.readouterr().err
-    (tmp_path / "claims.toml").write_text('[[claim]]\nname = "distinct_targets"\n')
-    with pytest.raises(InputError, match="a repair takes no file of claims"):
-        maviper.repair(after, tmp_path / "claims.toml")
 
 
 def test_where_no_guard_helps_nothing_is_written(world, tmp_path, capsys):

@@ -86,9 +86,9 @@ def test_a_comparison_tells_no_share_either(tmp_path, capsys):
 def test_the_cost_of_a_change_neither():
     before, after = far(30.0, 1), far(40.0, 1)
     whole = everywhere(before)
-    cost = comparison.measure_cost(before, after, "team", whole, None, None, 1)
+    cost = comparison.measure_cost(before, after, ["team"], whole, None, None, 1)
     assert cost.document()["changed"] == {"region": None, "met": None}
     near = comparison.measure_cost(
-        before, after, "team", Region({"gap": (Fraction(0), Fraction(100))}, ()), None, None, 1
+        before, after, ["team"], Region({"gap": (Fraction(0), Fraction(100))}, ()), None, None, 1
     )
     assert near.uniform is not None and round(float(near.exact), 6) == 0.1
