@@ -327,6 +327,7 @@ def _python_replayed(
     act: Callable[[Any], Any], batch: Callable[[Any], Any], policy: ir.AgentPolicy, rows: Floats, expected: Any
 ) -> Iterator[Agreement]:
     yield compare("python", policy, rows, expected, list(map(act, iterate_rows(rows))))
+    yield compare("python arrays", policy, rows, expected, list(map(act, rows)))
     yield compare("python batch", policy, rows, expected, batch(rows))
 
 

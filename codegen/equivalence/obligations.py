@@ -58,7 +58,8 @@ def about_c(header: str, profile: ir.PolicyProfile, model: Model) -> list[Obliga
 
 def about_python(module: str, profile: ir.PolicyProfile, model: Model) -> list[Obligation]:
     """A question for each agent's `act_...`, about lists of doubles: the code takes them as they are, the tree their
-    float32 values. Unreadable when a function is not of the Python that is read.
+    float32 values. `_act_...`, which decides for arrays, gets one of its own if its tests are others. Unreadable when
+    a function is not of the Python that is read.
     """
     body = ast.parse(module).body
     functions = {node.name: node for node in body if isinstance(node, ast.FunctionDef)}
@@ -67,18 +68,23 @@ def about_python(module: str, profile: ir.PolicyProfile, model: Model) -> list[O
         _ensure_idle(node, taken)
     obligations: list[Obligation] = []
     for policy, agent in zip(profile.agents, model.agents, strict=True):
-        function = functions.get(f"act_{agent.lower}")
-        if function is None:
-            raise Unreadable(f"there is no function act_{agent.lower}")
-        parameters = function.args.args
-        given = parameters[0].arg if parameters else ""
-        only = ast.arguments([], parameters[:1], None, [], [], None, [])  # one parameter, and nothing else
-        if ast.unparse(function.args) != ast.unparse(only) or given in BUILT_IN:
-            raise Unreadable(f"act_{agent.lower} does not take one observation")
-        code = Definitions("p")
-        answer = _python(function.body, given, len(policy.features), code)
-        obligations.append(_question(PYTHON, policy, model, DOUBLE, (code, answer), []))
+        code, names = Definitions("p"), (f"_act_{agent.lower}", f"act_{agent.lower}")
+        answers = dict.fromkeys(_python_of(functions, name, len(policy.features), code) for name in names)
+        obligations += [_question(PYTHON, policy, model, DOUBLE, (code, answer), []) for answer in answers]
     return obligations
+
+
+def _python_of(functions: Mapping[str, ast.FunctionDef], name: str, n: int, into: Definitions) -> str:
+    """The term of what a function returns for a list of n doubles."""
+    function = functions.get(name)
+    if function is None:
+        raise Unreadable(f"there is no function {name}")
+    parameters = function.args.args
+    given = parameters[0].arg if parameters else ""
+    only = ast.arguments([], parameters[:1], None, [], [], None, [])  # one parameter, and nothing else
+    if ast.unparse(function.args) != ast.unparse(only) or given in BUILT_IN:
+        raise Unreadable(f"{name} does not take one observation")
+    return _python(function.body, given, n, into)
 
 
 def _ensure_idle(node: ast.stmt, taken: Collection[str]) -> None:
@@ -146,9 +152,10 @@ def _question(
 
 TYPING = ("__future__", "array", "enum", "math", "numpy.typing", "typing")  # what a module may import from
 BUILT_IN = dict.fromkeys(("float", "len", "list", "tuple", "type"))  # what a function asks about its observation
-OTHERWISE = "(kind := type({x})) is not list and kind is not tuple or len({x}) != {n}"
+OTHERWISE = "(kind := type({x})) is not list and kind is not tuple", "len({x}) != {n}"  # no list, or of another length
+PLAIN = re.compile(r"(\w+)\[(\d+)\]")
 NUMBER = re.compile(
-    r"(\w+) if type\(\((\w+) := (\w+)\[(\d+)\]\)\) is float else _double\((\w+)\)"
+    rf"(\w+) if type\(\((\w+) := {PLAIN.pattern}\)\) is float else _double\((\w+)\)"
 )  # itself, if a double
 _COMPARE: dict[type[ast.cmpop], str] = {ast.LtE: "fp.leq", ast.Lt: "fp.lt", ast.Gt: "fp.gt", ast.GtE: "fp.geq"}
 
@@ -159,7 +166,9 @@ def _python(body: Sequence[ast.stmt], given: str, n: int, into: Definitions) -> 
     match rest:
         case [ast.Return(value=ast.Constant(value=int(number))), *_]:
             return into.action(number)
-        case [ast.If(test=test, orelse=[]), *after] if ast.unparse(test) == OTHERWISE.format(x=given, n=n):
+        case [ast.If(test=first, orelse=[ast.If(test=second, orelse=[])]), *after] if (
+            tuple(map(ast.unparse, (first, second))) == tuple(each.format(x=given, n=n) for each in OTHERWISE)
+        ):
             return _python(after, given, n, into)
         case [ast.If(test=test, body=yes, orelse=no), *after]:
             sides = (_python([*side, *after], given, n, into) for side in (yes, no))
@@ -169,13 +178,17 @@ def _python(body: Sequence[ast.stmt], given: str, n: int, into: Definitions) -> 
 
 
 def _test(test: ast.expr, given: str, n: int) -> str:
-    """The comparison of a number of the observation, which is read as NUMBER says, with a constant."""
+    """The comparison of a number of the observation, which is read as PLAIN or NUMBER says, with a constant."""
     match test:
-        case ast.Compare(left=ast.IfExp() as left, ops=[sign], comparators=[to]) if type(sign) in _COMPARE:
-            read = NUMBER.fullmatch(ast.unparse(left))
-            value, name, whole, place, other = read.groups() if read else [""] * 5
-            if not value or not value == name == other or whole != given or name in (given, *BUILT_IN):
-                raise Unreadable(f"a number of Python: {ast.unparse(left)[:60]}")
+        case ast.Compare(left=ast.IfExp() | ast.Subscript() as left, ops=[sign], comparators=[to]) if (
+            type(sign) in _COMPARE
+        ):
+            text = ast.unparse(left)
+            plain, read = PLAIN.fullmatch(text), NUMBER.fullmatch(text)
+            whole, place = plain.groups() if plain else read.groups()[2:4] if read else ("", "")
+            names = set(read.group(1, 2, 5)) if read else {"v"}
+            if whole != given or len(names) > 1 or names & {given, *BUILT_IN}:
+                raise Unreadable(f"a number of Python: {text[:60]}")
             if int(place) < n:
                 (bits,) = struct.unpack("<Q", struct.pack("<d", _double(to)))
                 return f"({_COMPARE[type(sign)]} d{int(place)} ((_ to_fp 11 53) #x{bits:016x}))"

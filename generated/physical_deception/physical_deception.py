@@ -268,9 +268,55 @@ def _choose(test: NDArray[Any], left: Any, right: Any) -> NDArray[Any]:
     return actions
 
 
+def _act_adversary_0(x: List[float]) -> int:
+    """As act_adversary_0, for what are floats, of which nothing is asked."""
+    if x[2] <= -0.0064391575288027525:
+        if x[3] <= 0.13947185128927228:
+            if x[3] <= -0.23825404793024066:
+                if x[2] <= -0.37345723807811737:
+                    return 1
+                else:
+                    return 3
+            else:
+                if x[2] <= -0.19905591756105426:
+                    return 1
+                else:
+                    return 3
+        else:
+            if x[0] <= 0.15405095368623734:
+                return 1
+            else:
+                return 4
+    else:
+        if x[3] <= -0.48599298298358923:
+            if x[2] <= 1.0840745568275452:
+                return 3
+            else:
+                return 2
+        else:
+            if x[2] <= 0.38878388702869415:
+                if x[3] <= 0.1654299423098564:
+                    return 2
+                else:
+                    return 4
+            else:
+                if x[3] <= 0.8706751763820647:
+                    return 2
+                else:
+                    return 4
+
+
 def act_adversary_0(x: Numbers) -> int:
     """adversary_0, team adversaries: 12 leaves, at most 4 comparisons."""
-    if ((kind := type(x)) is not list and kind is not tuple) or len(x) != 8:
+    if (kind := type(x)) is not list and kind is not tuple:
+        given: Any = x
+        try:  # an array of one axis holds floats alone if the first is one
+            if not given.dtype.hasobject and len(seen := given.tolist()) == 8 and type(seen[0]) is float:
+                return _act_adversary_0(seen)
+        except (AttributeError, TypeError):
+            pass
+        x = _numbers("adversary_0 observes", 8, x)
+    elif len(x) != 8:
         x = _numbers("adversary_0 observes", 8, x)
     if (v if type(v := x[2]) is float else _double(v)) <= -0.0064391575288027525:  # node 0: landmark_1_dx
         if (v if type(v := x[3]) is float else _double(v)) <= 0.13947185128927228:  # node 1: landmark_1_dy
@@ -397,12 +443,67 @@ def observe_adversary_0(w: Numbers) -> List[float]:
 
 def act_world_adversary_0(w: Numbers) -> int:
     """The action of adversary_0 in a world state."""
-    return act_adversary_0(observe_adversary_0(w))
+    return _act_adversary_0(observe_adversary_0(w))
+
+
+def _act_agent_0(x: List[float]) -> int:
+    """As act_agent_0, for what are floats, of which nothing is asked."""
+    if x[3] <= -0.10019447281956674:
+        if x[2] <= 0.2692345529794693:
+            if x[2] <= -0.22723164409399033:
+                if x[3] <= -0.6494716107845306:
+                    return 3
+                else:
+                    return 1
+            else:
+                return 3
+        else:
+            if x[1] <= -0.5651094019412995:
+                if x[0] <= 0.9510159194469451:
+                    return 3
+                else:
+                    return 2
+            else:
+                return 2
+    else:
+        if x[2] <= 0.14005155116319656:
+            if x[3] <= 0.13442102819681168:
+                if x[2] <= -0.09999998286366464:
+                    return 1
+                else:
+                    if x[2] <= 7.006492321624085e-46:
+                        if x[3] <= -1.1754942807573643e-38:
+                            return 3
+                        else:
+                            return 4
+                    else:
+                        return 2
+            else:
+                if x[2] <= -0.23842572420835495:
+                    return 1
+                else:
+                    return 4
+        else:
+            if x[3] <= 0.40211997926235193:
+                return 2
+            else:
+                if x[2] <= 0.7699067890644073:
+                    return 4
+                else:
+                    return 2
 
 
 def act_agent_0(x: Numbers) -> int:
     """agent_0, team defenders: 15 leaves, at most 6 comparisons."""
-    if ((kind := type(x)) is not list and kind is not tuple) or len(x) != 10:
+    if (kind := type(x)) is not list and kind is not tuple:
+        given: Any = x
+        try:  # an array of one axis holds floats alone if the first is one
+            if not given.dtype.hasobject and len(seen := given.tolist()) == 10 and type(seen[0]) is float:
+                return _act_agent_0(seen)
+        except (AttributeError, TypeError):
+            pass
+        x = _numbers("agent_0 observes", 10, x)
+    elif len(x) != 10:
         x = _numbers("agent_0 observes", 10, x)
     if (v if type(v := x[3]) is float else _double(v)) <= -0.10019447281956674:  # node 0: landmark_0_dy
         if (v if type(v := x[2]) is float else _double(v)) <= 0.2692345529794693:  # node 1: landmark_0_dx
@@ -553,12 +654,76 @@ def observe_agent_0(w: Numbers) -> List[float]:
 
 def act_world_agent_0(w: Numbers) -> int:
     """The action of agent_0 in a world state."""
-    return act_agent_0(observe_agent_0(w))
+    return _act_agent_0(observe_agent_0(w))
+
+
+def _act_agent_1(x: List[float]) -> int:
+    """As act_agent_1, for what are floats, of which nothing is asked."""
+    if x[4] <= 0.1652436926960945:
+        if x[5] <= 0.19361948221921918:
+            if x[4] <= -0.15348248928785324:
+                if x[5] <= -0.4349673241376877:
+                    return 3
+                else:
+                    return 1
+            else:
+                if x[5] <= -1.1754942807573643e-38:
+                    return 3
+                else:
+                    if x[5] <= 0.09999999031424521:
+                        if x[4] <= -1.1754942807573643e-38:
+                            return 1
+                        else:
+                            return 2
+                    else:
+                        return 4
+        else:
+            if x[4] <= -0.31747297942638397:
+                if x[5] <= 0.8244285285472869:
+                    return 1
+                else:
+                    return 4
+            else:
+                return 4
+    else:
+        if x[5] <= 0.3676908463239669:
+            if x[5] <= -0.6246292293071747:
+                if x[4] <= 0.8667692244052887:
+                    return 3
+                else:
+                    return 2
+            else:
+                if x[9] <= -1.4629243016242983:
+                    if x[5] <= -1.1754942807573643e-38:
+                        return 3
+                    else:
+                        return 2
+                else:
+                    return 2
+        else:
+            if x[4] <= 0.8280337750911712:
+                if x[6] <= 0.6615903079509734:
+                    return 4
+                else:
+                    return 2
+            else:
+                if x[5] <= 1.0113837122917173:
+                    return 2
+                else:
+                    return 4
 
 
 def act_agent_1(x: Numbers) -> int:
     """agent_1, team defenders: 18 leaves, at most 6 comparisons."""
-    if ((kind := type(x)) is not list and kind is not tuple) or len(x) != 10:
+    if (kind := type(x)) is not list and kind is not tuple:
+        given: Any = x
+        try:  # an array of one axis holds floats alone if the first is one
+            if not given.dtype.hasobject and len(seen := given.tolist()) == 10 and type(seen[0]) is float:
+                return _act_agent_1(seen)
+        except (AttributeError, TypeError):
+            pass
+        x = _numbers("agent_1 observes", 10, x)
+    elif len(x) != 10:
         x = _numbers("agent_1 observes", 10, x)
     if (v if type(v := x[4]) is float else _double(v)) <= 0.1652436926960945:  # node 0: landmark_1_dx
         if (v if type(v := x[5]) is float else _double(v)) <= 0.19361948221921918:  # node 1: landmark_1_dy
@@ -730,7 +895,7 @@ def observe_agent_1(w: Numbers) -> List[float]:
 
 def act_world_agent_1(w: Numbers) -> int:
     """The action of agent_1 in a world state."""
-    return act_agent_1(observe_agent_1(w))
+    return _act_agent_1(observe_agent_1(w))
 
 
 def act_team(w: Numbers) -> List[int]:

@@ -76,15 +76,17 @@ def test_an_answer_is_an_observation_that_shows_the_fault(style, profile):
         assert compiled.act("agent_0", x)[0] != ir.act(profile.policy("agent_0"), x)[0]
 
 
-def test_an_answer_about_doubles_shows_the_fault(profile):
+@pytest.mark.parametrize(("read", "form"), [(r"\)\)", tuple), (r"\]", np.array)], ids=["list", "array"])
+def test_an_answer_about_doubles_shows_the_fault(read, form, profile):
+    """In the function that decides for lists, or in the one that does for arrays."""
     profile = with_trees({"agent_0": tree((0, 0.1, 1, 2), 1, 2)}, profile)
     (module,) = emit(profile, ["python"]).values()
-    changed = re.sub(r"(?<=\)\) <= )0\.1000\d+(?=:)", repr(float(np.float32(0.1))), module)
-    asked = {each.agent: each for each in obligations.about_python(changed, profile, lower(profile))}["agent_0"]
+    changed = re.sub(rf"({read} <= )0\.1000\d+(?=:)", rf"\g<1>{float(np.float32(0.1))!r}", module)
+    asked = [each for each in obligations.about_python(changed, profile, lower(profile)) if each.agent == "agent_0"]
     from verify.solver.solve import ask_bits
 
-    x = asked.observation(ask_bits(asked.text, asked.names).model)
-    assert readback.load_python(changed)["act_agent_0"](x) != ir.act(profile.policy("agent_0"), [x])[0]
+    (x,) = (each.observation(found.model) for each in asked if (found := ask_bits(each.text, each.names)).holds)
+    assert readback.load_python(changed)["act_agent_0"](form(x)) != ir.act(profile.policy("agent_0"), [x])[0]
     with pytest.raises(DisagreementError, match="python double proof") as caught:
         prove(profile, targets=["python"], change=lambda text: changed)
     assert repr(x[0]) in caught.value.where
@@ -245,6 +247,7 @@ def test_c_whose_types_or_lines_could_change_it_is_refused(profile, style, chang
         lambda text: re.sub(r"(\)\) <= )(-?[\d.e-]+)", r"\1'\2'", text, count=1),
         lambda text: re.sub(r"(\)\) <= )(-?[\d.e-]+)", r"\1PROFILE", text, count=1),
         lambda text: text.replace("def act_agent_0(x: Numbers)", "def act_agent_0()"),
+        lambda text: text.replace("def _act_agent_0(", "def _acts_agent_0("),
         lambda text: text.replace("def act_agent_0(x: Numbers)", "def act_agent_0(x, *len)"),
         lambda text: text + "\n\nfloat = int\n",
         lambda text: text + "\n\nfloat: Any = int\n",
