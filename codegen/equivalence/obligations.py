@@ -166,9 +166,9 @@ def _python(body: Sequence[ast.stmt], given: str, n: int, into: Definitions) -> 
     match rest:
         case [ast.Return(value=ast.Constant(value=int(number))), *_]:
             return into.action(number)
-        case [ast.If(test=first, orelse=[ast.If(test=second, orelse=[])]), *after] if (
-            tuple(map(ast.unparse, (first, second))) == tuple(each.format(x=given, n=n) for each in OTHERWISE)
-        ):
+        case [ast.If(test=first, orelse=[ast.If(test=second, orelse=[])]), *after] if tuple(
+            map(ast.unparse, (first, second))
+        ) == tuple(each.format(x=given, n=n) for each in OTHERWISE):
             return _python(after, given, n, into)
         case [ast.If(test=test, body=yes, orelse=no), *after]:
             sides = (_python([*side, *after], given, n, into) for side in (yes, no))
