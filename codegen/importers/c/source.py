@@ -38,7 +38,7 @@ from codegen.importers.c.kinds import (
 )
 from codegen.importers.c.machine import ADVICE, DONE, Machine, collect_assigned, is_const, items_of, parameters_of, walk
 from codegen.importers.c.text import Expanded, expand_source
-from codegen.importers.c.tree import ENTRIES, find_calls, hoist_statics, list_callers, list_parts, list_setters
+from codegen.importers.c.tree import ENTRIES, find_calls, hoist_statics, is_read, list_callers, list_parts, list_setters
 from codegen.importers.reading import NOTHING, Kept, Origin, Said
 from codegen.importers.symbolic.feature import Feature
 from codegen.importers.symbolic.memory import FINITE, RESETS, Memories, Memory, RemembersError
@@ -277,6 +277,7 @@ class _Follower(Machine):
                 self.memory[target.place] = self.observed.given(pointed)
             self.answer(each, link_statements([each.body], Scope(frame, self.file)))
             found, self.memory = self.memory, self.constants
+            self.observed.written.clear()  # a reset may set what no decision sets, which is no answer
             begun = {place: (kind, found.get(place, value)) for place, (kind, value) in begun.items()}
         known = list[Memory]()
         for place, (kind, value) in begun.items():
@@ -347,7 +348,13 @@ class _Follower(Machine):
         return Kept(label, self._settle()) if self.observed.kept else label
 
     def _label(self, returned: Any) -> Any:
-        """The answer of a path."""
+        """The answer of a path. RemembersError for a struct that is set beside it, and read on some path."""
+        for name in sorted(self.observed.written) if returned is not None or len(self.observed.written) > 1 else ():
+            given = self.observed.given(name)
+            target = given.target if isinstance(given, Reference) else given
+            parts = list_parts(target, self.function.decl.name, self.functions)
+            if isinstance(target.type, Record) and is_read(parts, self.function.decl.name, self.functions):
+                raise RemembersError(name)
         results = self.observed.results(self.memory)
         if self.acts:
             done: Any = self.memory.get(DONE, ())

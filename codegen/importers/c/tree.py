@@ -118,6 +118,15 @@ def list_parts(target: Object, name: str, functions: Mapping[str, Any]) -> list[
     return [each for each in target.parts() if isinstance(target.type, Kind) or members & {*each.place.way}]
 
 
+def is_read(parts: Iterable[Object], name: str, functions: Mapping[str, Any]) -> bool:
+    """Returns True if a decision not only sets the members that parts are, but reads one somewhere."""
+    members = {step for part in parts for step in part.place.way}
+    nodes = [node for each in collect_called(name, functions) for node in walk(functions[each].body)]
+    only_set = {id(node.lvalue) for node in nodes if isinstance(node, c_ast.Assignment) and node.op == "="}
+    read = [node for node in nodes if isinstance(node, c_ast.StructRef) and id(node) not in only_set]
+    return any(node.field.name in members for node in read)
+
+
 # --- functions whose calls are features, or actions
 
 

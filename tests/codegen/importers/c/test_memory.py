@@ -2,6 +2,7 @@
 
 import ctypes
 import random
+import re
 import subprocess
 
 import numpy as np
@@ -60,6 +61,32 @@ def test_a_struct_that_is_passed_in_and_out_begins_as_its_function_says():
     (policy,) = profile_of(from_c(STRUCT.encode(), "tank.c"), Names()).agents
     assert [each.name for each in policy.features] == ["level", "limit", "mode", "n"]
     assert [(each.low, each.high, each.initial) for each in policy.memory] == [(0, 1, 1), (1, 2, 2)]
+
+
+SET_FIRST = """typedef struct { _Bool on; int starts; } state_t;
+typedef enum { OFF, ON } act_t;
+void heat_init(state_t *s) { s->on = 1; s->starts = 0; }
+RESULT heat(state_t *s, float celsiusGIVEN) {
+    if (celsius < 18.5f) { s->on = 1; ANSWER ON; RETURN }
+    if (celsius > 21.5f) { s->on = 0; ANSWER OFF; RETURN }
+    ANSWER s->on ? ON : OFF; RETURN
+}"""
+
+
+@pytest.mark.parametrize(
+    ("result", "given", "answer", "end"), [("act_t", "", "return", ""), ("void", ", act_t *out", "*out =", "return;")]
+)
+def test_a_struct_may_be_set_before_the_first_path_that_reads_it(result, given, answer, end):
+    written = {"RESULT": result, "GIVEN": given, "ANSWER": answer, "RETURN": end}
+    source = re.sub("|".join(written), lambda found: written[found[0]], SET_FIRST)
+    team = Team.of(profile_of(from_c(source.encode(), "heat.c"), Names()))
+    assert [team.act([x]) for x in (20, 22, 20, 18, 20)] == [1, 0, 0, 1, 1]
+
+
+def test_a_struct_that_is_only_set_is_no_memory():
+    source = SET_FIRST.replace("s->on ? ON : OFF", "OFF").replace("RESULT", "int").replace("GIVEN", "")
+    with pytest.raises(InputError, match="another one is written to a parameter"):
+        from_c(source.replace("ANSWER", "return").replace("RETURN", "").encode(), "heat.c")
 
 
 @pytest.mark.parametrize(("name", "fault"), [("watchdog", "counts"), ("light", "begins"), ("heater", "keeps")])
