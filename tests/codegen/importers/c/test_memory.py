@@ -85,7 +85,7 @@ def test_a_struct_may_be_set_before_the_first_path_that_reads_it(result, given, 
 
 def test_a_struct_that_is_only_set_is_no_memory():
     source = SET_FIRST.replace("s->on ? ON : OFF", "OFF").replace("RESULT", "int").replace("GIVEN", "")
-    with pytest.raises(InputError, match="another one is written to a parameter"):
+    with pytest.raises(InputError, match="a part of s is not set on some path"):
         from_c(source.replace("ANSWER", "return").replace("RETURN", "").encode(), "heat.c")
 
 
