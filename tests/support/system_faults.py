@@ -3,9 +3,13 @@
 A fault plants itself by pytest's monkeypatch, and names the guard that catches it.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction as F
+from inspect import getsource, getsourcefile
+from textwrap import dedent
 
 import numpy as np
 
@@ -66,6 +70,20 @@ def built(change):
     return planted
 
 
+def line(old, new):
+    """A function in which one piece of its source is another."""
+
+    def written(f):
+        source, made = dedent(getsource(f)), {}
+        assert source.count(old) == 1, f"{f.__qualname__} has no single {old!r}"
+        exec(
+            compile(source.replace(old, new), getsourcefile(f), "exec", annotations.compiler_flag), f.__globals__, made
+        )
+        return made[f.__name__]
+
+    return written
+
+
 def first(f):
     """The first of what a generator yields."""
 
@@ -117,12 +135,12 @@ def together(branch):
 
 NEVER = Some(())
 READING = [
-    fault(SystemReading, "_condition", "one part is enough for all", HELD, changed(lambda found: Some(found.parts) if isinstance(found, Every) and found.parts else found)),
-    fault(SystemReading, "_condition", "all parts are needed for some", BROKEN, changed(lambda found: Every(found.parts) if isinstance(found, Some) and found.parts else found)),
-    fault(SystemReading, "_condition", "nothing is strict", HELD, strictly(False)),
-    fault(SystemReading, "_condition", "everything is strict", BROKEN, strictly(True)),
-    fault(SystemReading, "_condition", "what is not followed never holds", BROKEN, changed(lambda found: NEVER if found is ALWAYS else found)),
-    fault(SystemReading, "_condition", "bounds are of the other sign", BROKEN, changed(lambda found: found._replace(most=-found.most) if isinstance(found, Inequality) else found)),
+    fault(SystemReading, "condition", "one part is enough for all", HELD, changed(lambda found: Some(found.parts) if isinstance(found, Every) and found.parts else found)),
+    fault(SystemReading, "condition", "all parts are needed for some", BROKEN, changed(lambda found: Every(found.parts) if isinstance(found, Some) and found.parts else found)),
+    fault(SystemReading, "condition", "nothing is strict", HELD, strictly(False)),
+    fault(SystemReading, "condition", "everything is strict", BROKEN, strictly(True)),
+    fault(SystemReading, "condition", "what is not followed never holds", BROKEN, changed(lambda found: NEVER if found is ALWAYS else found)),
+    fault(SystemReading, "condition", "bounds are of the other sign", BROKEN, changed(lambda found: found._replace(most=-found.most) if isinstance(found, Inequality) else found)),
     fault(SystemReading, "start", "no start", HELD, of(None)),
     fault(SystemReading, "start", "half spaces of the start are left out but for bounds", HELD, lambda f: lambda self, region: f(self, [half for half in region if len(half.form.terms) == 1])),
     fault(SystemReading, "_assume_condition", "half spaces of the start are forgotten", HELD, lambda f: lambda self, branch, condition: branch),
@@ -132,8 +150,8 @@ READING = [
     fault(SystemReading, "row", "rows are never strict", HELD, strictly(False)),
     fault(SystemReading, "row", "numbers are compared the other way round", HELD, changed(lambda found: not found if isinstance(found, bool) else found)),
     fault(SystemReading, "row", "the end is not scaled", BROKEN, lambda f: lambda self, branch, asked: unscaled(self, f(self, branch, asked), branch, asked)),
-    fault(SystemReading, "_primitive", "the sign of a direction is lost", BROKEN, changed(lambda found: (found[0], abs(found[1])))),
-    fault(SystemReading, "_primitive", "multiples are forgotten", BROKEN, lambda f: lambda self, weights: f(self, [(unknown, F(1 if weight > 0 else -1)) for unknown, weight in weights])),
+    fault(SystemReading, "direction", "the sign of a direction is lost", BROKEN, line("Fraction(divisor, common)", "abs(Fraction(divisor, common))")),
+    fault(SystemReading, "direction", "multiples are forgotten", BROKEN, line("if weights:", "if weights := {unknown: Fraction(1 if weight > 0 else -1) for unknown, weight in weights.items()}:")),
     fault(SystemReading, "condition", "true and false are swapped", HELD, changed(lambda found: ALWAYS if found == NEVER else NEVER if found == ALWAYS else found)),
     fault(SystemReading, "hull", "hulls are empty", FORGED, of(None)),
     fault(SystemReading, "_states", "all that may vary varies together", BROKEN, changed(lambda branch: branch and together(branch))),
@@ -144,8 +162,8 @@ READING = [
     fault(Leap, "__init__", "errors are forgotten", BROKEN, lambda f: lambda self, forms, piece: f(self, forms, replace(piece, error={}))),
     fault(Leap, "__init__", "errors begin at 0", BROKEN, attribute("least", lambda leap: dict.fromkeys(leap.forms, F(0)))),
     fault(Leap, "__init__", "errors are half as wide", BROKEN, attribute("errors", lambda leap: {name: (low, (low + high) / 2) for name, (low, high) in leap.errors.items()})),
-    fault(Leap, "key", "leaps with other errors are alike", BROKEN, changed(lambda key: tuple(each[:2] for each in key))),
-    fault(Leap, "key", "leaps with other forms are alike", BROKEN, changed(lambda key: tuple((each[0], *each[2:]) for each in key))),
+    fault(SystemReading, "move_branch", "leaps with other errors are alike", BROKEN, line(", *leap.errors[name]", "")),
+    fault(SystemReading, "move_branch", "leaps with other forms are alike", BROKEN, line("form.terms, *", "*")),
     fault(reading, "bounds_of", "starts are narrower", BROKEN, changed(lambda bounds: {name: narrower(ends) for name, ends in bounds.items()})),
     fault(reading, "bounds_of", "a start is one state", BROKEN, changed(lambda bounds: {name: (low, low) for name, (low, _) in bounds.items()})),
     fault(reading, "bounds_of", "what a polytope bounds is forgotten", ANSWERED, lambda f: lambda region, ranges: f(region if FREE in ranges.values() else (), ranges)),
@@ -167,9 +185,9 @@ ROWS = [
     fault(Branch, "span", "no bound is met", BROKEN, changed(lambda span: span._replace(low_open=True, high_open=True))),
     fault(Branch, "is_contradicted", "every sum contradicts", FORGED, of(True)),
     fault(Branch, "is_contradicted", "no sum contradicts", HELD, of(False)),
-    fault(Branch, "_least", "no bound is reached", FORGED, changed(lambda found: (found[0], True))),
-    fault(Branch, "_least", "the least is one more", FORGED, changed(lambda found: (found[0] + 1, found[1]))),
-    fault(Branch, "_least", "the box is forgotten", POINTS, lambda f: lambda self, weights: f(Branch(self.step, self.motion, self.at), weights)),
+    fault(Branch, "is_contradicted", "no bound is reached", FORGED, line("== 0 and strict", "== 0")),
+    fault(Branch, "is_contradicted", "the least is one more", FORGED, line("whole = 0", "whole = 1")),
+    fault(Branch, "is_contradicted", "the box is forgotten", POINTS, line("self.box.get(unknown)", "None")),
     fault(Branch, "copy", "rows are lost", HELD, changed(lambda branch: setattr(branch, "rows", ()) or branch)),
     fault(Branch, "_by_box", "boxes are narrower", BROKEN, changed(lambda span: span._replace(low=narrower((span.low, span.high))[0], high=narrower((span.low, span.high))[1]))),
     fault(reading, "_narrow_span", "an end is left out", BROKEN, lambda f: lambda span, row: f(span, row._replace(strict=True))),
@@ -200,7 +218,7 @@ WALK = [
     fault(branch_proofs, "ways", "a claim is broken in one way", FORGED, of(1)),
     fault(branch_proofs, "ensure_closed", "what a variable depends on is not followed", FORGED, of(None)),
     fault(branch_proofs, "_is_state", "any state shows that a claim is about some", FORGED, of(True)),
-    fault(branch_proofs, "_ensure_all_shown", "ways are not asked for", FORGED, of(None)),
+    fault(branch_proofs, "check_certificate", "ways are not asked for", FORGED, line("if missing:", "if False:")),
     fault(Proof, "ensure_read", "a proof may go on", FORGED, of(None)),
     fault(Proof, "side", "no answer is shown", FORGED, lambda f: lambda self, branch, row: branch_proofs.SideAnswer(self._number() % 4)),
     fault(Proof, "_ensure_empty", "what is closed is not shown", FORGED, of(None)),

@@ -349,7 +349,10 @@ def check_certificate(certificate: SystemCertificate, proof: Walks, profile: Pol
     hulls = [hull for part in proof.parts for hull in part.hulls]
     named |= {name for hull in hulls for half in hull.region for name, _ in half.form.terms}
     ensure_asked(certificate, named, profile, system)
-    _ensure_all_shown(certificate.claim, proof, system)
+    asked = set(range(ways(certificate.claim) + needs_stated(certificate.claim, system)))
+    missing = asked.difference(*(part.shows for part in proof.parts))
+    if missing:
+        raise RejectedError(f"no part shows that the claim is not broken in the ways {sorted(missing)}")
     closed = 0
     for number, part in enumerate(proof.parts):
         ensure_closed(system, part)
@@ -464,13 +467,6 @@ def _check_premise(premise: SystemPremise, claim: SystemClaim, profile: PolicyPr
         actions[agent] = int(policy.tree.action[node])
     if not holds(premise.formula, state, actions):
         raise RejectedError("the state of a left side does not meet it")
-
-
-def _ensure_all_shown(claim: SystemClaim, proof: Walks, system: System) -> None:
-    asked = set(range(ways(claim) + needs_stated(claim, system)))
-    missing = asked - {way for part in proof.parts for way in part.shows}
-    if missing:
-        raise RejectedError(f"no part shows that the claim is not broken in the ways {sorted(missing)}")
 
 
 def ensure_closed(system: System, part: FollowedPart) -> None:

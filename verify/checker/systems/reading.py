@@ -166,22 +166,15 @@ class Branch:
                 weights[unknown] = weights.get(unknown, 0) + factor * weight
             total -= factor * row.end
             strict = strict or row.strict
-        least, is_open = self._least(weights)
-        return total + least > 0 or (total + least == 0 and (strict or is_open))
-
-    def _least(self, weights: Mapping[int, int]) -> tuple[Fraction, bool]:
-        """The greatest lower bound of a sum by the box, and whether it is out of reach."""
-        least, is_open, whole = Fraction(0), False, 0
+        whole = 0  # the least of those unknowns that the box does not narrow
         for unknown, weight in weights.items():
-            if not weight:
-                continue
             span = self.box.get(unknown)
             if span is None:
                 whole += min(weight, 0)
-            else:
-                end, beyond = span[:2] if weight > 0 else span[2:]
-                least, is_open = least + weight * end, is_open or beyond
-        return least + whole, is_open
+            elif weight:
+                end, is_open = span[:2] if weight > 0 else span[2:]
+                total, strict = total + weight * end, strict or is_open
+        return total + whole > 0 or (total + whole == 0 and strict)
 
 
 def _narrow_span(span: Span, row: Row) -> Span:
@@ -243,18 +236,17 @@ class SystemReading:
         """A formula without actions and negations; what speaks of variables that are not followed is taken to hold."""
         condition = self._conditions.get(formula)
         if condition is None:
-            condition = self._conditions[formula] = self._condition(formula)
+            if isinstance(formula, And | Or):
+                parts = tuple(map(self.condition, formula.parts))
+                condition = Every(parts) if isinstance(formula, And) else Some(parts)
+            elif not isinstance(formula, Linear):
+                raise ValueError(f"not an inequality: {type(formula).__name__}")
+            elif all(name in self.order for _, name in formula.terms):
+                condition = Inequality(self.sum(formula.terms), formula.bound, formula.strict)
+            else:
+                condition = ALWAYS
+            self._conditions[formula] = condition
         return condition
-
-    def _condition(self, formula: Formula) -> Condition:
-        if isinstance(formula, And):
-            return Every(tuple(map(self.condition, formula.parts)))
-        if isinstance(formula, Or):
-            return Some(tuple(map(self.condition, formula.parts)))
-        if not isinstance(formula, Linear):
-            raise ValueError(f"not an inequality: {type(formula).__name__}")
-        known = all(name in self.order for _, name in formula.terms)
-        return Inequality(self.sum(formula.terms), formula.bound, formula.strict) if known else ALWAYS
 
     def start(self, region: Polytope) -> Branch | None:
         """The states within the ranges of the variables and a polytope; None where bounds tell that there are none."""
@@ -312,17 +304,15 @@ class SystemReading:
             weights: dict[int, Fraction] = {}
             for weight, name in asked.terms:
                 _add(weights, motion.weights[name], weight)
-            multiple = motion.directions[asked] = self._primitive(sorted(weights.items()))
+            multiple = None, Fraction(1)
+            if weights:
+                common = lcm(*(weight.denominator for weight in weights.values()))
+                whole = [(unknown, int(weight * common)) for unknown, weight in sorted(weights.items())]
+                divisor = gcd(*(weight for _, weight in whole)) * (1 if whole[0][1] > 0 else -1)
+                key = tuple((unknown, weight // divisor) for unknown, weight in whole)
+                multiple = self._directions.setdefault(key, Direction(key)), Fraction(divisor, common)
+            motion.directions[asked] = multiple
         return multiple
-
-    def _primitive(self, weights: Sequence[tuple[int, Fraction]]) -> tuple[Direction | None, Fraction]:
-        if not weights:
-            return None, Fraction(1)
-        common = lcm(*(weight.denominator for _, weight in weights))
-        whole = [(unknown, int(weight * common)) for unknown, weight in weights]
-        divisor = gcd(*(weight for _, weight in whole)) * (1 if whole[0][1] > 0 else -1)
-        key = tuple((unknown, weight // divisor) for unknown, weight in whole)
-        return self._directions.setdefault(key, Direction(key)), Fraction(divisor, common)
 
     def move_branch(self, branch: Branch, number: int, effects: tuple[Effect, ...]) -> Branch:
         """The symbolic state after a step by the piece of that number, in which each agent's action has an effect."""
@@ -331,7 +321,8 @@ class SystemReading:
         if leap is None:
             piece = self.system.pieces[number]
             leap = Leap({name: _total(name, piece, effects, number) for name in self.order}, piece)
-            leap.kind = self._kinds.setdefault(leap.key(), len(self._kinds))
+            motion_of = tuple((name, form.terms, *leap.errors[name]) for name, form in leap.forms.items())
+            leap.kind = self._kinds.setdefault(motion_of, len(self._kinds))
             self._leaps[key] = leap
         motion = branch.motion.later.get(leap.kind)
         if motion is None:
@@ -359,10 +350,6 @@ class Leap:
         self.errors = {name: piece.error.get(name, EXACT) for name in forms}
         self.least = {name: low for name, (low, _) in self.errors.items()}
         self.kind = 0  # the same for leaps with the same motion
-
-    def key(self) -> LeapKey:
-        """Returns a key of what the motion after it is made of."""
-        return tuple((name, form.terms, *self.errors[name]) for name, form in self.forms.items())
 
     def after(self, branch: Branch) -> Motion:
         """The motion after it."""

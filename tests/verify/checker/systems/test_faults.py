@@ -41,7 +41,6 @@ ELSEWHERE = {  # caught by what calls them, or in what they are imported into
     "unrolled.size": "says only what is not asked",
     "branch_proofs._is_mode": "in test_modes.py",
     "unrolled._is_mode": "in test_modes.py",
-    "branch_proofs.check_certificate": "in test_systems.py, with what it asks before it walks a proof",
     **dict.fromkeys(
         (
             "branch_proofs.acting",
