@@ -32,12 +32,11 @@ from verify.checker.episodes.reading import (
     PartedReading,
     Place,
     Side,
-    certifiable,
     matchings,
 )
 from verify.checker.episodes.unbounded import Edges
 from verify.checker.reading import LONGEST, RejectedError, region_formula
-from verify.claims.episodes import EpisodeClaim
+from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
 from verify.claims.formula import holds
 from verify.claims.region import Region, goal_of
 from verify.kinds import ALWAYS, MACHINE
@@ -83,7 +82,9 @@ class _Claim(Members, frozen=True):
 
     def read(self, header: GameHeader) -> EpisodeClaim:
         """The claim. RejectedError for those that have no certificates."""
-        kind, by_edges = certifiable(self.property), header.certificate == UNBOUNDED
+        if self.property not in EPISODE_CLAIMS:
+            raise RejectedError(f"proofs of {ascii(self.property)[1:-1]} have no certificates about episodes")
+        kind, by_edges = EPISODE_CLAIMS[self.property], header.certificate == UNBOUNDED
         if by_edges and not kind.lasting:
             raise InputError(f"edges do not show {kind.title}", "$.property", REMAKE)
         if isinstance(self.steps, str) and not (by_edges and self.steps == ALWAYS):

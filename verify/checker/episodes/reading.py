@@ -26,7 +26,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from codegen.ir import NO_FEATURE, EntitySpec, PolicyProfile, WorldSpec
 from verify.checker.reading import LONGEST, Flat, Reading, RejectedError, region_formula
-from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim, KeepsApart
+from verify.claims.episodes import EpisodeClaim, KeepsApart
 from verify.claims.formula import Linear, Or
 from verify.claims.region import Region
 from verify.kinds import Semantics
@@ -85,13 +85,6 @@ Place: TypeAlias = tuple[int, Node, tuple[int, ...], Now]  # stage, question, th
 
 class OpenBranchError(RejectedError):
     """A branch does not close, so the claim may fail."""
-
-
-def certifiable(name: str) -> type[EpisodeClaim]:
-    """The class of a claim by its name. RejectedError for those that have no certificates."""
-    if name not in EPISODE_CLAIMS:
-        raise RejectedError(f"proofs of {ascii(name)[1:-1]} have no certificates about episodes")
-    return EPISODE_CLAIMS[name]
 
 
 def matchings(profile: PolicyProfile, claim: EpisodeClaim) -> list[Matching]:
