@@ -135,9 +135,11 @@ def texts(checked: bool | None, proofs: Sequence[str], replayed: Sequence[str]) 
 
 def readers(profile: PolicyProfile) -> list[str]:
     """A line for each imported agent whose source was compared with nothing: its reader must be right."""
-    from codegen.importers.reading import find_uncompared  # here, as only whole reports tell of readers
-
     facts = profile.provenance.training
+    if not any(name.endswith(" replayed by") for name in facts):  # nothing is imported, and no reader is loaded
+        return []
+    from codegen.importers.reading import find_uncompared
+
     return [
         f"that {agent} was read as its language means it (the reader of {facts.get(f'{agent} from', 'its file')}): its "
         "source was not compared"

@@ -45,6 +45,7 @@ from verify.solver.terms import (
     add_terms,
     at_least,
     at_most,
+    branch,
     compare_terms,
     conjunction,
     constant,
@@ -268,11 +269,7 @@ class _Encoder:
                 self._asked[agent, node] = self._tests(policy, node)
             below, above = self._asked[agent, node]
             first, second = formulas.pop(left), formulas.pop(right)
-            formulas[node] = (
-                disjunction(conjunction(below, first), conjunction(above, second))
-                if self._slack
-                else either(below, first, second)
-            )
+            formulas[node] = branch(below, first, above, second) if self._slack else either(below, first, second)
         return formulas[ir.ROOT]
 
     def path(self, policy: ir.AgentPolicy, leaf: int) -> list[Test]:

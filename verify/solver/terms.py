@@ -86,6 +86,7 @@ def last_double(threshold: float, single: bool) -> HalfLine:
 Terms = tuple[tuple[float, str], ...]  # a sum: (weight, position) of each part
 Real: TypeAlias = z3.ArithRef
 Test: TypeAlias = z3.BoolRef
+_PAIR = z3.Ast * 2
 
 
 class _Home(threading.local):
@@ -192,6 +193,19 @@ def _times(weight: float, coordinate: Real) -> Real:
 def either(test: Test, left: Test, right: Test) -> Test:
     """The one test where a test holds, else the other."""
     return Test(z3.Z3_mk_ite(test.ctx.ref(), test.as_ast(), left.as_ast(), right.as_ast()), test.ctx)
+
+
+def branch(below: Test, left: Test, above: Test, right: Test) -> Test:
+    """Both of the first two, or both of the others. The two conjunctions are Z3's alone, and no terms of Python."""
+    context = _home.context.ref()
+    both: list[z3.Ast] = []
+    for one, other in ((below, left), (above, right)):
+        both.append(z3.Z3_mk_and(context, 2, _PAIR(one.as_ast(), other.as_ast())))
+        z3.Z3_inc_ref(context, both[-1])
+    made = Test(z3.Z3_mk_or(context, 2, _PAIR(*both)), _home.context)
+    for each in both:
+        z3.Z3_dec_ref(context, each)
+    return made
 
 
 def either_number(test: Test, left: Real, right: Real) -> Real:
