@@ -143,6 +143,12 @@ def describe_leaf(policy: AgentPolicy, leaf: int) -> str:
     return ", ".join(describe_given(policy, leaf)) or describe_action(policy.actions[int(policy.tree.action[leaf])])
 
 
+def name_with_updates(action: ir.ActionSpec) -> str:
+    """The action that is taken, and what becomes of memory, for use within a sentence: `heat (timer += 1)`."""
+    updates = ", ".join(map(describe_update, action.updates))
+    return f"{action.acts or action.name} ({updates})" if updates else action.name
+
+
 def describe_action(action: ir.ActionSpec) -> str:
     """The action that is taken, and what becomes of memory: `heat, timer += 1`."""
     return ", ".join([action.acts or action.name, *map(describe_update, action.updates)])

@@ -195,7 +195,7 @@ def draw_courses(
         played = result.get("approach", {}).get("played", {})
         plots = [_plot(result, name, units[name], dt, [run for run in runs if run]) for name, runs in played.items()]
         return {**result, "plots": plots[:MAX_DRAWN]} | ({"legend": _legend(result)} if plots else {})
-    ready = {**counterexample, "runs": {agent: runs(actions) for agent, actions in counterexample["actions"].items()}}
+    ready = {**counterexample, "runs": list_taken(result)}
     ready["chosen"] = {name: runs(taken) for name, taken in counterexample.get("choices", {}).items()}
     named = in_modes(counterexample["start_float64"], result)
     ready |= {"began": tell_start(result) | named, "begun_in": named}
@@ -279,6 +279,12 @@ def _errors(taken: Sequence[Mapping[str, str]]) -> str:
         largest[name] = max(largest.get(name, Fraction(0)), abs(Fraction(value)))
     told = [f"{name} up to {brief(nearest_double(value))}" for name, value in largest.items() if value]
     return ", ".join(told) or "none"
+
+
+def list_taken(result: Mapping[str, Any]) -> dict[str, str]:
+    """By agent, the actions of a counterexample in a row, and what they make of what is remembered."""
+    words, taken = result.get("updates", {}), result["counterexample"]["actions"]
+    return {agent: runs([words.get(agent, {}).get(each, each) for each in row]) for agent, row in taken.items()}
 
 
 def runs(actions: Sequence[str]) -> str:

@@ -12,6 +12,7 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from typing import Any
 
+from codegen.deciding import name_with_updates
 from codegen.form import layout
 from codegen.ir import PolicyProfile
 from codegen.lowering.render import brief, render
@@ -29,6 +30,7 @@ from verify.reports.courses import (
     draw_courses,
     in_modes,
     is_still,
+    list_taken,
     moment,
     nearness,
     number,
@@ -295,6 +297,7 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
     return (
         document
         | _modes(result.question.subject, document)
+        | _updates(result.question.subject, document)
         | {
             key: said
             for key, said in (
@@ -322,6 +325,17 @@ def _modes(subject: Subject, document: Mapping[str, Any]) -> dict[str, Any]:
     return {"modes": modes} if modes and {"open", "counterexample"} & document.keys() else {}
 
 
+def _updates(subject: Subject, document: Mapping[str, Any]) -> dict[str, Any]:
+    """By agent, the words for actions that change what is remembered, where a counterexample tells them."""
+    assert isinstance(subject, ClosedLoop)
+    words = {
+        policy.agent: {each.name: name_with_updates(each) for each in policy.actions if each.updates}
+        for policy in subject.profile.agents
+    }
+    words = {agent: each for agent, each in words.items() if each}
+    return {"updates": words} if words and "counterexample" in document else {}
+
+
 # --- words
 
 
@@ -335,7 +349,7 @@ def lines(told: Mapping[str, Any]) -> list[str]:
     if "counterexample" in told:
         broken = told["counterexample"]
         written.append(f"{'in' if is_still(told) else 'from'} {_state(tell_start(told), told)}")
-        written += [f"{agent}: {runs(actions)}" for agent, actions in broken["actions"].items()]
+        written += [f"{agent}: {taken}" for agent, taken in list_taken(told).items()]
         written += [f"choice of {name}: {runs(taken)}" for name, taken in broken.get("choices", {}).items()]
         if broken["step"]:
             last = tell_end(broken)

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 
-from codegen.deciding import ensure_plain
+from codegen.deciding import ensure_plain, name_with_updates
 from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.ir import PolicyProfile, WorldSpec
 from codegen.policy_json import content_hash
@@ -200,11 +200,18 @@ def replay(path: Path, profile: PolicyProfile, world: Path | None = None) -> Rep
 
         original, claim, again, same, by_same = systems.replay(path, profile, world)
         actions: dict[str, list[str]] = {} if again is None else counterexample(again)["actions"]
+        words = {each.agent: {one.name: name_with_updates(one) for one in each.actions} for each in profile.agents}
+
+        def tell(taken: Mapping[str, Sequence[str]]) -> dict[str, str]:
+            return {
+                agent: " ".join(words.get(agent, {}).get(name, name) for name in row) for agent, row in taken.items()
+            }
+
         return Replayed(
             property=systems.name_claim(claim),
             violated=again is not None,
-            actions={agent: " ".join(names) for agent, names in actions.items()},
-            before={agent: " ".join(names) for agent, names in original.actions.items()},
+            actions=tell(actions),
+            before=tell(original.actions),
             by=(),
             same_policy=by_same,
             says=(PLAYED if again is None or again.seconds is None else FOLLOWED) + ("" if same else OTHER_SYSTEM),

@@ -14,6 +14,7 @@ from codegen.importers.reading import Said
 from codegen.memory import step_memory, tabulate_updates
 from tests.support.remembering import SOURCES, make_world
 from verify.checker.accept import accept
+from verify.reports.systems import facts, lines
 from verify.subjects import Game
 from verify.systems import remembering
 from verify.systems.files import statement_of
@@ -30,6 +31,8 @@ region = { box = { t = [19.5, 22] } }
 formula = "act.heating == 1 and t < 21 implies acts(act) == heat"
 [[claim]]
 formula = "act.heating == 0 and t < 21 implies acts(act) == heat"
+[[claim]]
+formula = "act.heating == 1 and t > 22 implies acts(act) == heat"
 """
 
 
@@ -58,7 +61,8 @@ def test_a_heater_with_hysteresis_is_warm_for_ever_and_a_bound_too_narrow_is_bro
     world = tmp_path / "room.toml"
     world.write_text(make_world(profile.agents[0], CLAIMS))
     verified = maviper.verify_system(profile, world)
-    assert [str(each.verdict) for each in verified.results] == ["PROVED", "VIOLATED", "PROVED", "VIOLATED"]
+    assert [str(each.verdict) for each in verified.results] == ["PROVED", "VIOLATED", "PROVED", "VIOLATED", "VIOLATED"]
+    assert "act: off (heating := 0)" in lines(facts(verified.results[4], 5))  # not by the action's own name
     certificate, known = verified.results[0].evidence.certificate, verified.results[1].evidence.counterexample
     statement, played = as_played(statement_of(world.read_text(), "room.toml"), profile)
     assert accept(certificate, played, statement.system) > 0
