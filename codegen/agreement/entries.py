@@ -265,14 +265,18 @@ def find_accepted(function: Callable[[Any], Any], given: Sequence[Any]) -> list[
 
 def ask_sequences(policy: ir.AgentPolicy, among: Floats | None = None) -> Questions:
     """The questions of an agent that remembers: first walks from a reset on, then pairs. `among`: observations
-    [n, n_observed] from which each number is drawn; default those at its thresholds.
+    [n, n_observed] from which each number is drawn, or each whole observation where sums are tested, which would be
+    others of mixed ones; default those at its thresholds.
     """
     rng, width = np.random.default_rng(0), len(policy.features) - len(policy.memory)
     told = among if among is not None else np.concatenate(list(probes.telling(policy, rng)))[:, :width]
     if not len(told):
         told = probes.special(policy.features, rng, policy.numbers)[:, :width]
     told = probes.in_type(told, policy)
-    walked = np.stack([rng.choice(told[:, place], (WALKS, STEPS)) for place in range(width)], axis=2)
+    if policy.tree.arithmetic:
+        walked = told[rng.integers(len(told), size=(WALKS, STEPS))]
+    else:
+        walked = np.stack([rng.choice(told[:, place], (WALKS, STEPS)) for place in range(width)], axis=2)
     held = rng.random((WALKS, STEPS)) < rng.random((WALKS, 1))  # as inputs that stay, so that counters get far
     for step in range(1, STEPS):
         walked[held[:, step], step] = walked[held[:, step], step - 1]

@@ -205,6 +205,12 @@ def _policy_of(agent: str, named: "_Named", specs: tuple[ir.FeatureSpec, ...], n
         bounds = origin.bounds or [(None, None)] * len(chosen.names)
         outputs = tuple(ir.OutputSpec(name, "none", *each) for name, each in zip(chosen.names, bounds, strict=True))
         actions = ()
+    tree, grown = _deploy(agent, origin, len(specs), numbers)
+    return ir.AgentPolicy(agent, TEAM, specs, actions, tree, grown, outputs=outputs)
+
+
+def _deploy(agent: str, origin: Origin, width: int, numbers: str) -> tuple[ir.Tree, ir.GrownTree | None]:
+    """The tree of an origin, and as it was grown, where that is evidence. `width`: features, memory counted."""
     if origin.arithmetic:
         if numbers != origin.numbers:
             what = f"sums of {origin.numbers} numbers would be others as {numbers}"
@@ -223,12 +229,11 @@ def _policy_of(agent: str, named: "_Named", specs: tuple[ir.FeatureSpec, ...], n
                     what = f"{number!r} stands in a sum of {type_} numbers, and is none"
                     raise InputError(what, agent, f"round it in the source to {type_}")
         given = Given(origin.sums, origin.vectors, origin.arithmetic, gives)
-        tree = with_given(origin.grown, given, len(specs), SUMS, origin.numbers)
-        return ir.AgentPolicy(agent, TEAM, specs, actions, tree, outputs=outputs)
+        return with_given(origin.grown, given, width, SUMS, origin.numbers), None
     tree = deploy_tree(origin.grown, numbers)
     if not np.isfinite(tree.threshold).all():
         raise InputError(f"a threshold lies below every {numbers} number", agent, "rescale that feature")
-    return ir.AgentPolicy(agent, TEAM, specs, actions, tree, origin.grown if numbers == FLOAT32 else None)
+    return tree, origin.grown if numbers == FLOAT32 else None
 
 
 def _list_actions(chosen: names.Placed) -> tuple[ir.ActionSpec, ...]:
@@ -237,10 +242,8 @@ def _list_actions(chosen: names.Placed) -> tuple[ir.ActionSpec, ...]:
 
 
 def _remembering(agent: str, named: _Named, specs: Sequence[ir.FeatureSpec], numbers: str) -> ir.AgentPolicy:
-    """The policy of an origin that remembers. InputError where it tests sums."""
+    """The policy of an origin that remembers."""
     origin, chosen = named.origin, named.actions
-    if origin.arithmetic:
-        raise InputError("it remembers something, and tests sums of features", agent, "give sums as features")
     called = names.clean_names([*named.features.names, *(each.name for each in origin.memory)], "memory")[len(specs) :]
     memory = {each.name: new for each, new in zip(origin.memory, called, strict=True)}
     kept = (
@@ -261,10 +264,9 @@ def _remembering(agent: str, named: _Named, specs: Sequence[ir.FeatureSpec], num
         replace(each, name=name, updates=tuple(replace(one, memory=memory[one.memory]) for one in each.updates))
         for each, name in zip(actions, new, strict=True)
     )
-    grown, width = origin.grown, len(specs)
-    feature = np.where(grown.feature >= MEMORY, grown.feature - MEMORY + width, grown.feature)
-    grown = replace(grown, feature=feature)
+    feature, width = origin.grown.feature, len(specs)
+    remembered = (feature >= MEMORY) & (feature < SUMS)
+    grown = replace(origin.grown, feature=np.where(remembered, feature - MEMORY + width, feature))
     features, actions = (*specs, *kept), (*plain, *changed)
-    return ir.AgentPolicy(
-        agent, TEAM, features, actions, deploy_tree(grown, numbers), grown if numbers == FLOAT32 else None
-    )
+    tree, evidence = _deploy(agent, replace(origin, grown=grown), len(features), numbers)
+    return ir.AgentPolicy(agent, TEAM, features, actions, tree, evidence)

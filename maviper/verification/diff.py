@@ -147,6 +147,8 @@ def compare_profiles(
     agents = asked.agents or _common(first, second)
     remembers = any(policy.memory for profile in (first, second) for policy in profile.agents)
     if sums_in(first) or sums_in(second):
+        for profile in (first, second):
+            ensure_forgets(profile, "diff of agents that test sums or give numbers")
         return compare_outputs(first, second, agents, region, _budgets(asked).max_cells)
     if unread(ensure(first)) and unread(ensure(second)) and first.world == second.world:
         return _compare_observed(first, second, agents, region, asked)

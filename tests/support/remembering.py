@@ -73,6 +73,48 @@ double act(double x, double v) {
     if (x + 2*v > 1) return fmin(fmax(0.5*x - v, -2.0), 3.0);
     return 0.25;
 }"""
+# tests of sums beside memory: read before and after it changes, behind early returns, up to a counter's end
+PUMP = """#include <stdbool.h>
+#pragma STDC FP_CONTRACT OFF
+static bool on = false;
+static int held = 0;
+int act(double inlet, double outlet) {
+    double gap = inlet - outlet;
+    if (held < 5) { held++; return on; }
+    if (on ? gap < 0.5 : gap > 1.5) { on = !on; held = 0; }
+    return on;
+}"""
+TIMER = """#include <stdint.h>
+#pragma STDC FP_CONTRACT OFF
+int act(float x, float y) {
+    static uint8_t low = 0, trips = 0;
+    if (0.5f * x + y > 3.0f) low = 0;
+    else if (low < 9) ++low;
+    if (low == 9 && trips < 3 && x - y > 0.25f) { trips++; low = 2; return 4 + trips; }
+    if (trips == 3) return 2;
+    return low > 4 && 0.5f * x + y <= -1.0f;
+}"""
+TANK = """#pragma STDC FP_CONTRACT OFF
+typedef struct { int mode, timer, alarm; } tank_t;
+typedef struct { float x, y; } input_t;
+void tank_init(tank_t *s) { s->mode = 0; s->timer = 4; s->alarm = -2; }
+int act(tank_t *s, const input_t *in) {
+    if (in->x - in->y < 0.0f) { if (s->alarm < 2) s->alarm++; }
+    else if (s->alarm > -2) s->alarm--;
+    if (s->alarm >= 1) { s->mode = 2; return 2; }
+    if (s->timer > 0) { s->timer -= 1; if (in->y < 0.0f) return 0; }
+    else if (0.5f * in->x + 0.25f * in->y > 3.0f) { s->mode = 1; s->timer = 4; }
+    else s->mode = 0;
+    return s->mode;
+}"""
+RISING = """#pragma STDC FP_CONTRACT OFF
+int act(float x, float y) {
+    static int n = 0;
+    if (x - y > 0.1f + 0.3f * n) { n = 0; return 1; }
+    if (n < 5) n++;
+    return 0;
+}"""  # memory in a sum is one number after the other
+SUMMING = {"pump": PUMP, "rising": RISING, "timer": TIMER, "tank": TANK}
 SOURCES = {"heater": HEATER, "debounce": DEBOUNCE, "light": LIGHT, "watchdog": WATCHDOG, "edge": EDGE}
 WORLD = """name = "room"
 steps = 40

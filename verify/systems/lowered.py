@@ -90,14 +90,15 @@ class Errors:
     def __init__(self, policy: AgentPolicy, sizes: Mapping[int, Fraction | None]) -> None:
         """`sizes`: the largest absolute value of each affine feature, by place; None: observed without rounding."""
         tree = policy.tree
+        self._kept = {place for place, each in enumerate(policy.features) if each.initial is not None}
         self._seen = HALVES[policy.numbers]
         self._added = HALVES[choose_numbers(tree.arithmetic) if tree.arithmetic else FLOAT64]
         self._exact_products, self._gives = tree.arithmetic == DOUBLE_SUMS, HALVES[tree.gives]
         self._sizes = sizes
 
     def bound_feature(self, place: int) -> Fraction:
-        """Of a feature that is observed."""
-        size = self._sizes[place]
+        """Of a feature that is observed; of what is remembered there is none, since floats hold whole numbers."""
+        size = None if place in self._kept else self._sizes[place]
         if size is not None and size > LARGEST:
             raise InputError("a feature may be too large to bound its roundings", "", ADVICE)
         return Fraction(0) if size is None else _rounding(self._seen, size)
@@ -168,7 +169,10 @@ class _Reading:
         self._node(ROOT)
         columns = [np.array(column) for column in zip(*self._rows, strict=True)]
         tree = Tree(*columns, numbers=FLOAT64)
-        seen = tuple(FeatureSpec(name, "none", -MAX_LENGTH, MAX_LENGTH, None) for name in self._features)
+        kept = {each.name: each for each in self.real.memory}
+        seen = tuple(
+            kept.get(name, FeatureSpec(name, "none", -MAX_LENGTH, MAX_LENGTH, None)) for name in self._features
+        )
         actions = tuple(ActionSpec(name, None) for name in self._settings) if self.real.outputs else self.real.actions
         seen = seen or (FeatureSpec(self.real.features[0].name, "none", -MAX_LENGTH, MAX_LENGTH, None),)
         plain = AgentPolicy(self.real.agent, self.real.team, seen, actions, tree)
@@ -265,9 +269,9 @@ class _Reading:
         return len(self._features) - 1
 
     def _single(self, place: int) -> int:
-        """A feature of the file: as it is where it is observed in float64, or without rounding."""
+        """A feature of the file: as it is where it is observed in float64, or without rounding; what is remembered."""
         stated, name = self._stated[place], self.real.features[place].name
-        if self.real.numbers == FLOAT64 or stated.measure in EXACT:
+        if self.real.numbers == FLOAT64 or stated.measure in EXACT or self.real.features[place].initial is not None:
             self._features.setdefault(name, stated)
             return list(self._features).index(name)
         if stated.measure is not Measure.VALUE:

@@ -51,7 +51,7 @@ from codegen.importers.symbolic.feature import (
     Step,
     Sums,
 )
-from codegen.importers.symbolic.paths import Growth
+from codegen.importers.symbolic.paths import IN_SUM, Growth
 from codegen.ir import CONSTANT
 from codegen.sums import DOUBLE_SUMS, Sum, Weight
 
@@ -127,6 +127,19 @@ class Arithmetic:
             middle = (least + most) // 2
             least, most = (least, middle) if self._holds(given.feature, "<=", middle) else (middle + 1, most)
         return Number(least, given.kind)
+
+    def _resolve_memory(self, given: Symbol) -> Number | Symbol:
+        """A number in place of what is computed of a memory, which is asked; any other one as it is."""
+        place, kind = given.feature.place, given.kind
+        if place >= self.memories or not kind.floating:
+            return self.resolve_number(given) if place < self.memories else given
+        least, most = self._ensure_paths().whole_ends(place)
+        if most - least > MAX_VALUES:
+            raise self.make_error(*IN_SUM)
+        while least < most:
+            middle = (least + most) // 2
+            least, most = (least, middle) if self._holds(Feature(place), "<=", middle) else (middle + 1, most)
+        return Number(kind.float_type(given.feature.value(float(least))), kind)
 
     # --- conversions
 
@@ -228,8 +241,7 @@ class Arithmetic:
         """An operator of two numbers."""
         one, other = self.plain(left), self.plain(right)
         if isinstance(one, Symbol) and isinstance(other, Symbol):  # a memory is asked for its value
-            one = self.resolve_number(one) if one.feature.place < self.memories else one
-            other = self.resolve_number(other) if other.feature.place < self.memories else other
+            one, other = self._resolve_memory(one), self._resolve_memory(other)
         enums = kinds.ENUM in (one.kind, other.kind)
         one, other = self._promote_number(one), self._promote_number(other)
         if sign in ("<<", ">>"):

@@ -12,7 +12,7 @@ other parameter is a feature, in the order of the declarations.
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
@@ -315,11 +315,16 @@ class Inputs:
     kept: Sequence[Place] = ()  # what is remembered: the first inputs
     read: dict[Place, int] = field(default_factory=dict[Place, int])  # what was read, by its number
     written: set[str] = field(default_factory=set[str])
+    unseen: Collection[Place] = ()  # taken to be set only, until paths show it
     order: list[Place] = field(default_factory=list[Place])  # where each feature stands; afterwards
 
     def __post_init__(self) -> None:
         self.read = {place: at for at, place in enumerate(self.kept)}
-        self.numbers = FLOAT32 if all(kind.fits_float32 for kind in self.kinds()) else FLOAT64  # of observations
+        self.numbers = self.choose_numbers(self.unseen)  # of observations
+
+    def choose_numbers(self, unseen: Collection[Place] = ()) -> str:
+        """The numbers that observations are, as far as is known which parameters are set only."""
+        return FLOAT32 if all(kind.fits_float32 for kind in self.kinds(unseen)) else FLOAT64
 
     def given(self, name: str) -> Object | Reference:
         """Returns what a parameter is: an object, or a pointer to one of the caller's."""
@@ -454,11 +459,11 @@ class Inputs:
         assert isinstance(type_, Kind), "a number"
         return type_
 
-    def kinds(self) -> list[Kind]:
-        """The types of all numbers that may be observed."""
+    def kinds(self, unseen: Collection[Place] = ()) -> list[Kind]:
+        """The types of all numbers that may be observed, but for those that are `unseen`."""
         given = {name: _behind(type_, 1) for name, type_ in self.parameters.items() if name not in self.written}
         parts = (part for name, each in given.items() for part in Object(Place(name), each).parts())
-        types = [part.type for part in parts if not self._is_kept(part.place)]
+        types = [part.type for part in parts if not self._is_kept(part.place) and part.place not in unseen]
         return [each for each in types if isinstance(each, Kind) and each != VOID]
 
 

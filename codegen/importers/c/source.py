@@ -30,6 +30,7 @@ from codegen.importers.c.kinds import (
     Object,
     Outside,
     Place,
+    Pointer,
     Record,
     Reference,
     Symbol,
@@ -186,10 +187,12 @@ def _collect_escaping(node: Any) -> set[str]:
 
 class _Follower(Machine):
     """Follows a function of a file, on one path after the other. `kept`: variables and parameters that are remembered,
-    with what a function calls its own.
+    with what a function calls its own; `setting`: whether members that it sets are taken not to be observed.
     """
 
-    def __init__(self, name: str, parsed: Any, text: Expanded, where: str, kept: Mapping[str, str], said: Said) -> None:
+    def __init__(
+        self, name: str, parsed: Any, text: Expanded, where: str, kept: Mapping[str, str], said: Said, *, setting: bool
+    ) -> None:
         super().__init__(f"{where}, function {name}", text.names, contracts=text.contracts)
         self.settled = set[Place]()  # what some path sets of what is remembered
         self.limits = dict[str, None]()  # which observations it takes, where not all, in words
@@ -230,6 +233,8 @@ class _Follower(Machine):
         parameters |= {each: self.results[each] for each in self.reads}
         begun, self.resets = self._find_kept(parameters, kept)
         self.inputs = self.observed = Inputs(parameters, self.make_error, tuple(begun))
+        if setting:
+            self.inputs = self.observed = replace(self.inputs, unseen=self.list_set())
         self.numbers = self.arithmetic.numbers = self.observed.numbers
         self.memories, self.arithmetic.memories = self._begin(begun, kept), len(begun)
 
@@ -301,6 +306,16 @@ class _Follower(Machine):
             if looked and target is not None and isinstance(target.type, Record):
                 return name if list_parts(target, self.function.decl.name, self.functions) else ""
         return ""
+
+    def list_set(self) -> list[Place]:
+        """The members of the caller's structs that the function sets, by their names."""
+        name, found = self.function.decl.name, list[Place]()
+        for each in _collect_written(name, self.functions, frozenset()) & {*self.observed.parameters}:
+            type_, place = self.observed.parameters[each], Place(each)
+            if isinstance(type_, Pointer) and isinstance(type_.to, Record):
+                parts = list_parts(Object(place, type_.to), name, self.functions)
+                found += [Place(each, (*more, *part.place.way)) for part in parts for more in ((), (0,))]
+        return found
 
     def ensure_settled(self, kept: Mapping[str, str]) -> None:
         """InputError for a member of a struct of the caller's that was taken as remembered, and that no path sets."""
@@ -396,9 +411,9 @@ def _call_part(place: Place, kept: Mapping[str, str]) -> str:
 def _origin(
     name: str, parsed: Any, text: Expanded, where: str, said: Said, hoisted: Mapping[str, str]
 ) -> tuple[Origin, Asked]:
-    kept, memories = dict[str, str](), None
+    kept, memories, setting = dict[str, str](), None, False
     while True:  # again, where a path leaves the ranges of what is remembered, or remembers more
-        machine = _Follower(name, parsed, text, where, kept, said)
+        machine = _Follower(name, parsed, text, where, kept, said, setting=setting)
         memories = machine.memories = memories or machine.memories
         try:
             followed = _follow(machine, text, said)
@@ -411,10 +426,17 @@ def _origin(
             kept[remembered] = remembered if called in kept.values() else called
         except InputError as error:  # where a path that reads a struct comes before one that sets it
             name_read = machine.find_read_and_set(kept)
-            if not name_read:
+            if name_read:
+                kept[name_read] = name_read
+            elif not setting and machine.observed.choose_numbers(machine.list_set()) != machine.numbers:
+                setting = True  # sums of float may stand beside an int that is set only
+            else:
                 raise memories.explain_error(error) from None
-            kept[name_read], memories = name_read, None
+            memories = None
         else:
+            if setting and machine.observed.choose_numbers() != machine.numbers:
+                what = "a member is observed, and one of that name is set"
+                raise machine.make_error(what, "observe a struct that is const")
             if not memories.widen():
                 machine.ensure_settled(kept)
                 vars(machine).clear()  # its circles would keep the syntax tree, in which circles are then looked for

@@ -319,6 +319,9 @@ def _join_features(m: Any, kind: type[ast.operator], left: Feature, right: Featu
     """Arithmetic on two features: whole numbers, a square, or a sum."""
     if is_whole(left) and is_whole(right):
         return binary(m, kind, left, m.whole(right))
+    one, other = m.resolve_memory(left), m.resolve_memory(right)
+    if one is not left or other is not right:
+        return binary(m, kind, one, other)
     if kind is ast.Mult and left.key == right.key:
         return compute(m, left, Step("square", lambda value: value * value, FOLDING))
     if kind not in (ast.Add, ast.Sub):
@@ -422,6 +425,9 @@ def compare_values(m: Any, sign: str, left: Any, right: Any) -> Any:
             return sign in ("==", "<=", ">=")
         if is_whole(left) and is_whole(right):
             return compare_values(m, sign, left, m.whole(right))
+        one, other = m.resolve_memory(left), m.resolve_memory(right)
+        if one is not left or other is not right:
+            return compare_values(m, sign, one, other)
         # the sign of a difference is that of the comparison, unless both are the same infinity
         left, right = _unfold(m, left), _unfold(m, right)
         difference = m.sums.add_features(left, right, "<")

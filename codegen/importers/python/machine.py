@@ -55,7 +55,7 @@ from codegen.importers.python.library import (
 from codegen.importers.reading import FLOATS
 from codegen.importers.symbolic.feature import Feature, Step, Sums, Test, is_whole
 from codegen.importers.symbolic.memory import MAX_MEMBERS, RemembersError
-from codegen.importers.symbolic.paths import MANY_PATHS, MAX_CALLS, MAX_STEPS, STATE_ADVICE
+from codegen.importers.symbolic.paths import IN_SUM, MANY_PATHS, MAX_CALLS, MAX_STEPS, STATE_ADVICE
 from codegen.importers.symbolic.statements import End, Executor, Open, Scope, link_statements
 
 MAX_SHOWN = 60
@@ -557,13 +557,27 @@ class Machine(Executor):
         if name not in self.held:
             if slot.values is None:
                 return Feature(slot.at, (COUNTED,))
-            assert self.paths is not None
-            low, high = self.paths.whole_ends(slot.at)
-            while low < high:
-                middle = (low + high) // 2
-                low, high = (low, middle) if self.holds(Test(Feature(slot.at), "<=", middle)) else (middle + 1, high)
-            self.held[name] = slot.values[low]
+            self.held[name] = slot.values[self._ask_slot(slot.at)]
         return self.held[name]
+
+    def _ask_slot(self, at: int) -> int:
+        """The number that a memory holds on this path, by its place."""
+        assert self.paths is not None
+        low, high = self.paths.whole_ends(at)
+        while low < high:
+            middle = (low + high) // 2
+            low, high = (low, middle) if self.holds(Test(Feature(at), "<=", middle)) else (middle + 1, high)
+        return low
+
+    def resolve_memory(self, value: Any) -> Any:
+        """A number in place of what is computed of a memory, which is asked; anything else as it is."""
+        if not isinstance(value, Feature) or value.place >= len(self.slots):
+            return value
+        assert self.paths is not None
+        low, high = self.paths.whole_ends(value.place)
+        if high - low > MAX_INDEX:
+            raise Refused(*IN_SUM)
+        return value.value(float(self._ask_slot(value.place)))
 
     def settle(self, name: str) -> Feature | int | None:
         """What this path has made of an attribute; None: it is kept."""

@@ -47,6 +47,10 @@ MAX_COMPUTED = 256  # steps from an input to what is compared: each test of it s
 MAX_CHAIN = 4  # turns of a test that are asked one after the other; of more, the middle one first
 MAX_CALLS = 40  # functions of the program within one another
 OUTSIDE: Any = object()  # what a path gives that the program rules out by an assertion
+IN_SUM = (
+    "what is remembered is compared with a feature, or stands in a sum",
+    "compare it with numbers, or let it take at most 256 values",
+)
 STATE_ADVICE = "a decision may depend on the observation alone; give what is remembered as a feature"
 MANY_PATHS = "return in each branch, and build tables outside the function"
 Run: TypeAlias = "Callable[[Any, Any], Any]"  # growth, the state to go on from or None -> what is returned
@@ -319,10 +323,11 @@ def origin_of_tree(
         distinct: list[Any] = list(dict.fromkeys(each.label for each in values))
         if any(isinstance(each, Given) for each in distinct):
             what = "numbers that depend on features are given, and something is remembered"
-            raise InputError(what, where, "give what is remembered as a feature")
+            advice = "have the decision return its mode, and compute the number from that outside; or give what is "
+            raise InputError(what, where, f"{advice}remembered as a feature")
         if any(place < len(said.memory) for form in (sums.known if sums else ()) for place in form.places):
-            what = "what is remembered is compared with a feature, or stands in a sum"
-            raise InputError(what, where, "compare it with numbers")
+            what, advice = IN_SUM
+            raise InputError(what, where, advice)
         plain = origin_of_tree(replace(grown, action=grown.action * 0), distinct, said, where, sums)
         _, order = _labels_of(distinct, said, where)
         pairs = tuple((order[distinct.index(each.label)], each.updates) for each in values)

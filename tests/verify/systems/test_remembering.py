@@ -1,6 +1,7 @@
 """Memory of agents as variables of a stated system: beside the reference, proved for ever, refuted, checked."""
 
 import itertools
+import re
 from fractions import Fraction
 
 import numpy as np
@@ -12,13 +13,13 @@ from codegen.importers.c.source import from_c
 from codegen.importers.origin import Names, profile_of
 from codegen.importers.reading import Said
 from codegen.memory import step_memory, tabulate_updates
-from tests.support.remembering import SOURCES, make_world
+from tests.support.remembering import PUMP, SOURCES, SUMMING, make_world
 from verify.checker.accept import accept
 from verify.reports.systems import facts, lines
 from verify.subjects import Game
 from verify.systems import remembering
 from verify.systems.files import statement_of
-from verify.systems.observing import as_played, choose_actions
+from verify.systems.observing import as_played, choose_actions, list_roundings, with_roundings
 
 CLAIMS = """
 [[claim]]
@@ -82,6 +83,95 @@ def test_a_heater_with_hysteresis_is_warm_for_ever_and_a_bound_too_narrow_is_bro
     forgetting, played = as_played(statement_of(world.read_text(), "room.toml"), profile)
     with pytest.raises(InputError, match="another system"):
         accept(certificate, played, forgetting.system)
+
+
+LOOP = """name = "loop"
+steps = 60
+[variables]
+x = {{ range = [-50, 50] }}
+y = {{ range = [-50, 50] }}
+[agents.act.features]
+{features}
+[agents.act.actions]
+{actions}
+[start]
+box = {{ x = [0, 1], y = [0, 0.5] }}
+[dynamics.next]
+x = "x + 0.25 - 0.5*act.push"
+y = "y"
+"""
+
+
+def make_loop(policy, claims=""):
+    """A world file for an agent with the features x and y, whose actions push x down but for the first."""
+    names = [each.name for each in policy.actions if not each.acts]
+    actions = "\n".join(f"{name} = {{ push = {int(place > 0)} }}" for place, name in enumerate(names))
+    seen = zip(policy.features, "xy", strict=False)
+    return LOOP.format(features="\n".join(f'{each.name} = "{at}"' for each, at in seen), actions=actions) + claims
+
+
+@pytest.mark.parametrize("name", SUMMING)
+def test_a_system_changes_memory_beside_sums_as_the_reference_does(name):
+    """At ties of sums, too, where the roundings of the state decide; memory itself is observed without any."""
+    profile = profile_of(from_c(SUMMING[name].encode(), "act.c", Said(run=False)), Names())
+    (policy,), rng = profile.agents, np.random.default_rng(0)
+    statement, played = as_played(statement_of(make_loop(policy), "loop.toml"), profile)
+    assert not [each for each in list_roundings(statement) if "feature_" in each and each[-1] in "345"]
+    for _ in range(300):
+        x = float(np.float32(rng.uniform(-4, 9)))
+        y = float(np.float32(rng.choice([x - 1.5, x - 0.5, 3 - x / 2, x, 12 - 2 * x, rng.uniform(-4, 9)])))
+        known = [int(rng.integers(each.low, each.high + 1)) for each in policy.memory]
+        state = {each: Fraction(0) for each in list_roundings(statement)} | {"x": Fraction(x), "y": Fraction(y)}
+        state |= {
+            f"act.{each.name}": Fraction(value - int(each.low))
+            for each, value in zip(policy.memory, known, strict=True)
+        }
+        state = with_roundings(statement, state)
+        (taken,), (after,) = step_memory(policy, [known], [[x, y]])
+        chosen = {"act": played.agents[0].actions[choose_actions(statement.system, played, state)["act"]].name}
+        (piece,) = (each for each in statement.system.pieces if each.holds(state))
+        moved = piece.step(state, chosen, {})
+        assert [moved[f"act.{each.name}"] + int(each.low) for each in policy.memory] == after.tolist()
+        assert moved["x"] == state["x"] + Fraction(1, 4) - Fraction(int(taken > 0), 2)
+
+
+DWELLS = """
+[[claim]]
+name = "always"
+region = {{ box = {{ x = [-3, 4.5] }} }}
+[[claim]]
+name = "always"
+region = {{ box = {{ x = [-3, 2] }} }}
+[[claim]]
+formula = "act.held <= {} and act.on == 1 implies acts(act) == action_1"
+[[claim]]
+formula = "act.held <= {} and act.on == 1 implies acts(act) == action_1"
+[[claim]]
+formula = "x - y > 1.51 and act.held >= 5 implies acts(act) == action_1"
+"""
+
+
+@pytest.mark.parametrize("numbers", ["double", "float"])
+def test_a_dwell_beside_a_sum_is_proved_for_ever_and_one_call_more_is_refuted(numbers, tmp_path):
+    source = PUMP if numbers == "double" else re.sub(r"(\d\.\d)", r"\1f", PUMP.replace("double", "float"))
+    profile = profile_of(from_c(source.encode(), "act.c", Said(run=False)), Names())
+    world = tmp_path / "loop.toml"
+    world.write_text(make_loop(profile.agents[0], DWELLS.format(4, 5)))
+    verified = maviper.verify_system(profile, world)
+    verdicts = [str(each.verdict) for each in verified.results]
+    assert verdicts == ["PROVED", "VIOLATED", "PROVED", "VIOLATED", "PROVED"]
+    statement, played = as_played(statement_of(world.read_text(), "loop.toml"), profile)
+    for place in (0, 2, 4):
+        accept(verified.results[place].evidence.certificate, played, statement.system)
+    x, y, on, held = (*(verified.results[1].evidence.counterexample.states[0][each] for each in "xy"), False, 0)
+    for state in verified.results[1].evidence.counterexample.states[1:]:  # the C by hand, in exact numbers
+        if held < 5:
+            held += 1
+        elif (x - y < Fraction(1, 2)) if on else (x - y > Fraction(3, 2)):
+            on, held = not on, 0
+        x += Fraction(1, 4) - Fraction(on, 2)
+        assert (state["x"], state["act.on"], state["act.held"]) == (x, on, held)
+    assert not -3 <= x <= 2
 
 
 def test_memory_is_taken_where_a_system_states_it_alone():

@@ -15,7 +15,7 @@ from codegen.importers.origin import Names, profile_of
 from codegen.importers.symbolic import memory
 from codegen.ir import leaves
 from maviper.team import Team
-from tests.support.remembering import SOURCES
+from tests.support.remembering import SOURCES, SUMMING
 
 pytestmark = pytest.mark.compile
 RANGES = {
@@ -44,6 +44,42 @@ def test_what_remembers_acts_as_the_compiled_program_in_long_walks(name, tmp_pat
         if rng.random() < 0.02:
             x = float(np.float32(rng.choice([rng.uniform(-2, 25), 0.5, 19, 21, 0, 10, 11, 1])))
         assert team.act([x]) == act(x)
+
+
+SUMMED_RANGES = {
+    "pump": {"held": (0, 5, 0), "on": (0, 1, 0)},
+    "timer": {"low": (0, 9, 0), "trips": (0, 3, 0)},
+    "rising": {"n": (0, 5, 0)},
+    "tank": {"mode": (0, 2, 0), "timer": (0, 4, 4), "alarm": (-2, 2, -2)},
+}
+
+
+@pytest.mark.parametrize("name", SUMMING)
+def test_what_tests_sums_beside_memory_acts_as_the_compiled_program_in_long_walks(name, tmp_path):
+    profile = profile_of(from_c(SUMMING[name].encode(), "act.c"), Names())
+    (policy,), team, kind = profile.agents, Team.of(profile), ctypes.c_double if name == "pump" else ctypes.c_float
+    assert {each.name: (each.low, each.high, each.initial) for each in policy.memory} == SUMMED_RANGES[name]
+    assert policy.tree.sums and policy.numbers == ("float64" if name == "pump" else "float32")
+    (tmp_path / "act.c").write_text(SUMMING[name])
+    built = [*find_compiler(), "-O1", "-shared", "-fPIC", "act.c", "-o", "act.so"]
+    subprocess.run(built, cwd=tmp_path, check=True)
+    library, rng = ctypes.CDLL(str(tmp_path / "act.so")), random.Random(0)
+    state, seen, taken = (ctypes.c_int * 3)(), [0.0, 0.0], set()
+    if name == "tank":
+        library.tank_init(state)
+    else:
+        library.act.argtypes = [kind, kind]
+    for _ in range(20_000):
+        if rng.random() < 0.3:  # near the ties of sums
+            x = float(np.float32(rng.uniform(-4, 9)))
+            seen = [
+                x,
+                float(np.float32(rng.choice([x - 1.6, x - 1.5, x - 0.5, 3 - x / 2, 12 - 2 * x, rng.uniform(-4, 9)]))),
+            ]
+        answer = library.act(state, (kind * 2)(*seen)) if name == "tank" else library.act(*seen)
+        assert team.act(seen) == answer
+        taken.add(answer)
+    assert taken == {"pump": {0, 1}, "rising": {0, 1}, "timer": {0, 1, 2, 5, 6, 7}, "tank": {0, 1, 2}}[name]
 
 
 STRUCT = """typedef struct { int mode; int n; } state_t;

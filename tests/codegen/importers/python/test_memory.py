@@ -101,6 +101,69 @@ def test_an_object_that_remembers_acts_as_python_runs_it(name):
         assert team.act(seen) == (names.index(wanted) if isinstance(wanted, str) else wanted)
 
 
+SUMMING = """
+class Pump:
+    def __init__(self):
+        self.on, self.held, self.trips = False, 0, 0
+
+    def act(self, inlet, outlet):
+        gap = inlet - outlet
+        if self.held < 5:
+            self.held += 1
+            return self.on
+        before = self.on
+        if (gap < 0.5) if self.on else (gap > 1.5):
+            self.on = not self.on
+            self.held = 0
+        if self.on and not before and 0.5 * inlet + outlet > 3.0:
+            self.trips = min(self.trips + 1, 4)
+        return "trip" if self.trips == 4 and gap > 0.25 else ("on" if before else "off")
+""".replace("return self.on\n", "return 'on' if self.on else 'off'\n")
+
+
+def test_what_tests_sums_beside_memory_acts_as_python_runs_it():
+    said = Said(arrays="floats")
+    profile = profile_of(from_python(SUMMING.encode(), "policy.py", said), Names())
+    (policy,), team, space, rng = profile.agents, Team.of(profile), {}, random.Random(0)
+    known = {each.name: (each.low, each.high, each.initial) for each in policy.memory}
+    assert known == {"held": (0, 5, 0), "on": (0, 1, 0), "trips": (0, 4, 0)} and policy.tree.sums
+    exec(SUMMING, space)
+    made, names, taken, seen = space["Pump"](), [each.name for each in policy.actions], set(), [0.0, 0.0]
+    for _ in range(20_000):
+        if rng.random() < 0.3:  # near the ties of sums
+            x = rng.uniform(-4, 9)
+            seen = [x, rng.choice([x - 1.5, x - 0.5, 3 - x / 2, x - 0.25, rng.uniform(-4, 9)])]
+        answer = made.act(*seen)
+        assert names[team.act(seen)] == answer
+        taken.add(answer)
+    assert taken == {"on", "off", "trip"}
+
+
+RISING = """
+class Rising:
+    def __init__(self):
+        self.n = 0
+
+    def act(self, x, y):
+        if x - y > 0.1 + 0.3 * self.n:
+            self.n = 0
+            return 1
+        self.n = min(self.n + 1, 5)
+        return 0
+"""
+
+
+def test_memory_in_a_sum_is_one_number_after_the_other():
+    """Each sum is compared with what Python computes of the memory, to the last bit."""
+    profile = profile_of(from_python(RISING.encode(), "policy.py", Said(arrays="floats")), Names())
+    (policy,) = profile.agents
+    asked = {float(each) for each in policy.tree.threshold[policy.tree.feature >= len(policy.features)]}
+    assert asked == {0.1 + 0.3 * n for n in range(6)} and 0.9999999999999999 in asked
+    with pytest.raises(InputError, match="is compared with a feature, or stands in a sum"):
+        many = RISING.replace("1, 5)", "1, 500)").encode()
+        profile_of(from_python(many, "policy.py", Said(arrays="floats")), Names())
+
+
 @pytest.mark.parametrize("fault", ["keeps", "begins"])
 def test_memory_that_is_misread_is_seen(fault, monkeypatch):
     if fault == "keeps":
