@@ -3,7 +3,8 @@
 Does: writes PREFIX_contracts.c: for each leaf, the tests on its path and its action, from the profile's trees, and what
   becomes of what is remembered; where code does not say `<= threshold`, or says it of a whole number that it made a
   float, what a proof needs of floats, and PREFIX_axioms.smt2, which asks a solver for each. Of agents that test sums or
-  give numbers only what WP's floats can show: which actions there are, and the bounds of what is given.
+  give numbers only what WP's floats can show: which actions there are, each with the tests of single features and of
+  memory on its paths, and the bounds of what is given.
 Assumes: a checked profile, and a model of it, from which only names and the style are taken.
 Does not: run anything (maviper/compilation/proofs.py), or look at the lowered trees.
 """
@@ -53,6 +54,7 @@ class Contract:
     tested: tuple[int, ...]  # features; what is said of others costs a prover its time
     leaves: tuple[Leaf, ...]
     actions: tuple[int, ...] = ()  # of an agent that tests sums, in place of leaves
+    only: tuple[tuple[int, tuple[str, ...]], ...] = ()  # actions with the tests of single features on paths to them
     given: str = ""  # the type of the numbers that it gives
     ends: tuple[str, ...] = ()  # for each of these what holds of it, in ACSL; "": nothing
 
@@ -89,7 +91,8 @@ class Remembering:
     numbers: tuple[int, ...]  # which features must not be NaN, of those that are observed
     facts: tuple[str, ...]
     leaves: tuple[Leaf, ...]
-    ways: tuple[str, ...] = ()  # of an agent that tests sums, in place of leaves: an action with its updates
+    # of an agent that tests sums, in place of leaves: what is taken, and the tests with the updates that lead to it
+    ways: tuple[tuple[int, tuple[str, ...]], ...] = ()
 
     @property
     def last(self) -> int:
@@ -126,21 +129,17 @@ class Contracts:
 
 def contracts_of(profile: ir.PolicyProfile, model: Model) -> Contracts:
     """The contracts of every agent's `..._act`, and of the functions of its memory. InputError for other styles than
-    two, whose loops or bits have no axioms, and for a counter of an agent that tests sums, since WP's floats leave open
-    where a sum goes, and so whether the counter is below its end.
+    two, whose loops or bits have no axioms.
     """
-    summing = sums_in(profile)
-    for policy in summing:
-        if any(each.adds for action in policy.actions for each in action.updates):
-            what = f"{policy.agent} tests sums and counts: WP does not know that it stops counting in time"
-            raise InputError(what, "contracts", "leave out the target contracts")
     if model.style not in (NESTED, ORDERED):
         what = f"contracts are for the styles {NESTED} and {ORDERED}, not for {model.style}"
         raise InputError(what, "contracts", f"use --style {NESTED}, or leave it out")
     functions = list(map(_promise, profile.agents, model.agents))
     clips = _clips(profile, model)
     ordered = model.style == ORDERED
-    axioms = _bits_axioms(profile, model.names.bits) if ordered else _below_zero(profile)
+    summing = sums_in(profile)  # whose code is the same in both styles
+    axioms = _below_zero(summing if ordered else profile.agents)
+    axioms += _bits_axioms(profile, model.names.bits) if ordered else []
     pairs = [pair for pair in zip(profile.agents, model.agents, strict=True) if pair[0].memory]
     facts = {agent.name: _remembered_floats(policy, agent, ordered) for policy, agent in pairs}
     numbers = {each.name: each.tested if ordered else () for each in functions}
@@ -179,14 +178,18 @@ def _promise(policy: ir.AgentPolicy, agent: Agent) -> Contract:
             *named, tuple(np.unique(tree.feature[tree.feature != ir.NO_FEATURE]).tolist()), table_of(policy)
         )
     if not policy.outputs:
-        return Contract(*named, (), (), tuple(np.unique(tree.action[ir.leaves(tree)]).tolist()))
+        paths: dict[int, dict[str, None]] = {}
+        for leaf in table_of(policy):
+            paths.setdefault(leaf.action, {})[" && ".join(leaf.tests)] = None
+        only = tuple((action, tuple(tests)) for action, tests in sorted(paths.items()) if "" not in tests)
+        return Contract(*named, (), (), tuple(sorted(paths)), only)
     kind, ends = agent.summed.kind, list[str]()
     for place, each in enumerate(policy.outputs):
         low = "" if each.low is None else f"\\le_{kind}(({kind}){short_hex(each.low)}, y[{place}])"
         high = "" if each.high is None else f"\\le_{kind}(y[{place}], ({kind}){short_hex(each.high)})"
         told = " && ".join(filter(None, (low, high)))
         ends.append(f"\\is_NaN(y[{place}]) || ({told})" if told and not _narrows(agent) else "")
-    return Contract(*named, (), (), (), kind, tuple(ends))
+    return Contract(*named, (), (), given=kind, ends=tuple(ends))
 
 
 def _narrows(agent: Agent) -> bool:
@@ -225,7 +228,7 @@ def _is_at_most(place: int, kind: str, threshold: float, left: bool) -> str:
 
 
 def table_of(policy: ir.AgentPolicy, ask: Callable[[int, str, float, bool], str] = _is_at_most) -> tuple[Leaf, ...]:
-    """The leaves from left to right, each with the tests on its path, from the tree's arrays."""
+    """The leaves from left to right, each with the tests on its path, from the tree's arrays; but for those of sums."""
     tree, kind, leaves = policy.tree, _kind_of(policy), list[Leaf]()
     waiting: list[tuple[int, tuple[str, ...]]] = [(ir.ROOT, ())]
     while waiting:
@@ -234,8 +237,9 @@ def table_of(policy: ir.AgentPolicy, ask: Callable[[int, str, float, bool], str]
             leaves.append(Leaf(node, tests, int(tree.action[node])))
             continue
         asked = int(tree.feature[node]), kind, float(tree.threshold[node])
-        waiting.append((int(tree.right[node]), (*tests, ask(*asked, False))))
-        waiting.append((int(tree.left[node]), (*tests, ask(*asked, True))))
+        for child, left in ((tree.right, False), (tree.left, True)):
+            more = (ask(*asked, left),) if asked[0] < len(policy.features) else ()
+            waiting.append((int(child[node]), (*tests, *more)))
     return tuple(leaves)
 
 
@@ -258,15 +262,18 @@ def _remembering(policy: ir.AgentPolicy, agent: Agent, numbers: Iterable[int], f
     named = agent.names
     observed = tuple(each for each in numbers if each < agent.machine.observed)
     about = (named.init, named.step, named.state, _kind_of(policy), agent.machine, observed)
-    if agent.summed is not None:
-        actions = np.unique(policy.tree.action[ir.leaves(policy.tree)]).tolist()
-        ways = [" && ".join((f"\\result == {policy.taken[each]}", *find_after(each))) for each in actions]
-        return Remembering(*about, (), (), tuple(ways))
     leaves = tuple(
         Leaf(leaf.id, leaf.tests, policy.taken[leaf.action], find_after(leaf.action)) for leaf in table_of(policy, ask)
     )
     told = tuple(f"{fact.compared} <==> {fact.at_most}" for fact in facts)
-    return Remembering(*about, told, leaves)
+    if agent.summed is None:
+        return Remembering(*about, told, leaves)
+    # a goal for each action that is taken: where one has to tell them apart, Z3 is lost among floats
+    ways: dict[int, dict[str, None]] = {}
+    for leaf in leaves:
+        tests = (f"\\old({' && '.join(leaf.tests)})",) if leaf.tests else ()
+        ways.setdefault(leaf.action, {})[" && ".join((*tests, *leaf.after))] = None
+    return Remembering(*about, told, (), tuple((action, tuple(each)) for action, each in sorted(ways.items())))
 
 
 def _say_after(name: str, update: ir.Update | None) -> str:
@@ -282,12 +289,13 @@ def _remembered_floats(policy: ir.AgentPolicy, agent: Agent, ordered: bool) -> l
     any number is not NaN.
     """
     assert agent.machine is not None
-    if policy.whole or agent.summed is not None:
+    if policy.whole:
         return []
+    ordered &= agent.summed is None
     kind, width, facts = KINDS[policy.numbers], np.dtype(policy.numbers).itemsize * 8, list[Axiom]()
     first, tested = len(policy.features) - len(policy.memory), policy.tree.feature
     for place, each in enumerate(agent.machine.memory, first):
-        numbers = policy.tree.threshold[tested == place]
+        numbers = policy.tree.threshold[tested == place].astype(policy.numbers)
         ends = np.array([each.high] if ordered and numbers.size else [], numbers.dtype)
         for threshold in np.unique(np.append(numbers, ends)):
             number = int(threshold.view(f"u{threshold.itemsize}"))
@@ -319,12 +327,12 @@ def _bits_axioms(profile: ir.PolicyProfile, bits: str) -> list[Axiom]:
     return axioms
 
 
-def _below_zero(profile: ir.PolicyProfile) -> list[Axiom]:
+def _below_zero(policies: Iterable[ir.AgentPolicy]) -> list[Axiom]:
     """For each kind of agent that asks x < 0, that it is to be at most the last number below: nested code says `<`."""
     axioms: list[Axiom] = []
     for numbers, kind in KINDS.items():
         last = np.dtype(numbers).type(below_zero(numbers))
-        trees = [policy.tree for policy in profile.agents if policy.numbers == numbers and not policy.whole]
+        trees = [policy.tree for policy in policies if policy.numbers == numbers and not policy.whole]
         if not any(last in tree.threshold[tree.feature != ir.NO_FEATURE] for tree in trees):
             continue
         width = 8 * last.itemsize

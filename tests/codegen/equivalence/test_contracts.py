@@ -17,7 +17,7 @@ from codegen.sums import DOUBLE_SUMS
 from tests.support import summed
 from tests.support.games import random_profile
 from tests.support.observations import blind, doubled
-from tests.support.remembering import GIVING, SOURCES, WHOLE, adding
+from tests.support.remembering import GIVING, PUMP, SOURCES, SUMMING, WHOLE, adding
 from tests.support.strategies import profiles
 from tests.support.teams import tree
 
@@ -214,7 +214,7 @@ def test_of_sums_it_is_said_which_actions_there_are_and_which_bounds(tmp_path):
     profile = summed.profile(summed.policy(0, DOUBLE_SUMS))
     made, model = contracts(profile)
     text, tree = made.files[made.source], profile.agents[0].tree
-    said = re.findall(r"\\result == (\d+)", text[text.index("ensures actions:") :])
+    said = re.findall(r"\\result == (\d+)", text[text.index("ensures actions:") :].split(";")[0])
     assert [*map(int, said)] == sorted({*tree.action[ir.leaves(tree)].tolist()}) and "table" not in text
     (tmp_path / "act.c").write_text(GIVING)
     giving, model = contracts(maviper.from_file(tmp_path / "act.c"))
@@ -225,20 +225,63 @@ def test_of_sums_it_is_said_which_actions_there_are_and_which_bounds(tmp_path):
     assert giving.functions == (model.agents[0].names.act, model.names.at_least, model.names.at_most)
 
 
-def test_beside_sums_it_is_said_what_is_remembered_with_each_action(tmp_path):
-    """What `step_memory` gives, of every memory, is one of the ways that are said, and each of these is taken."""
-    profile = adding(remembering("heater", tmp_path))
+TAKEN = re.compile(r"ensures taken_(\d+): \\result == \d+ ==>\n((?: +\(.*\)(?: \|\||;)\n)+)")
+WAY = re.compile(r"^ +\((?:\\old\((.*?)\) && )?(state->\w+ == .*)\)(?: \|\||;)$", re.MULTILINE)
+ONLY = re.compile(r"ensures only_(\d+): \\result == \d+ ==> (.*);")
+
+
+def within(path, memory, names):
+    """Marks the memories that pass the tests of memory on a path."""
+    reached = np.ones(len(memory), dtype=bool)
+    for name, sign, number in MEMORY_TEST.findall(path):
+        reached &= (memory[:, names.index(name)] <= int(number)) == (sign == "<=")
+    return reached
+
+
+def told_after(becomes, memory):
+    """What memory is after a step, from what is said of it."""
+    columns = zip(memory.T, AFTER.findall(becomes), strict=True)
+    return np.column_stack(
+        [0 * now + int(fixed) if fixed else now + int(added or 0) for now, (_, fixed, added) in columns]
+    )
+
+
+@pytest.mark.parametrize("name", ["heater", "debounce", *SUMMING])
+def test_beside_sums_it_is_said_what_is_remembered_with_each_action(name, tmp_path):
+    """What `step_memory` gives is one of the ways that are said of the action, whose tests hold, and no way is idle; an
+    action comes about only where the tests of features on a path to it hold.
+    """
+    (tmp_path / "act.c").write_text((SOURCES | SUMMING)[name])
+    profile = maviper.from_file(tmp_path / "act.c")
+    profile = profile if name in SUMMING else adding(profile)
     made, _ = contracts(profile)
-    (policy,), text = profile.agents, made.files[made.source]
-    ways = re.findall(r"\((\\result == \d+ && .*)\)", text[text.index("*state;\n    ensures actions:") :])
-    grid = np.array([(t, memory) for t in (10, 18, 20, 22) for memory in (0, 1)])
-    actions, after = step_memory(policy, grid[:, 1:], grid[:, :1])
-    kept = np.isin(ir.act(policy, grid), [0, 1])
-    becomes = [r"\old(state->heating)" if same else now for same, now in zip(kept, after[:, 0], strict=True)]
-    said = {rf"\result == {action} && state->heating == {now}" for action, now in zip(actions, becomes, strict=True)}
-    assert said == {*ways} and len(ways) == 4
-    with pytest.raises(InputError, match="sums and counts"):
-        contracts(adding(remembering("debounce", tmp_path)))
+    (policy,), text, rng = profile.agents, made.files[made.source], np.random.default_rng(5)
+    names, width = [each.name for each in policy.memory], len(policy.features) - len(policy.memory)
+    memory = np.stack([rng.integers(each.low, each.high + 1, 40_000) for each in policy.memory], axis=1)
+    x = rng.choice([-4.0, -0.5, 0.25, 1.5, 3.0, 10.0, 18.0, 20.0, 22.0], (len(memory), width))
+    actions, after = step_memory(policy, memory, x)
+    said = {int(action): WAY.findall(ways) for action, ways in TAKEN.findall(text)}
+    assert sorted(said) == sorted({*actions.tolist()}) and "ensures table" not in text and "behavior" not in text
+    for action, ways in said.items():
+        keeps = np.zeros(len(x), dtype=bool)
+        for path, becomes in ways:
+            fits = passing(path, x) & within(path, memory, names) & (after == told_after(becomes, memory)).all(axis=1)
+            assert (fits & (actions == action)).any()
+            keeps |= fits
+        assert keeps[actions == action].all()
+    seen = np.column_stack([x, memory]).astype(policy.numbers)
+    chosen, only = ir.act(policy, seen), dict(ONLY.findall(text))
+    assert only
+    for action, paths in only.items():
+        held = np.any([passing(path, seen) for path in paths[1:-1].split(") || (")], axis=0)
+        assert held[chosen == int(action)].all() and not held.all()
+
+
+def test_what_is_observed_beside_memory_may_be_read_one_by_one(tmp_path):
+    """Among facts of floats no solver finds it for two numbers and more."""
+    (tmp_path / "act.c").write_text(PUMP)
+    made, _ = contracts(maviper.from_file(tmp_path / "act.c"))
+    assert "requires \\valid_read(x + 0) && \\valid_read(x + 1);" in made.files[made.source]
 
 
 def test_sums_stand_in_order_of_bits_beside_plain_trees():

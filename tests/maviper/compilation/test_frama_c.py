@@ -17,7 +17,7 @@ from maviper.cli import main
 from maviper.compilation import proofs
 from maviper.compilation.compile import compile_and_prove
 from tests.support.observations import blind
-from tests.support.remembering import GIVING, HEATER, WHOLE, adding
+from tests.support.remembering import GIVING, HEATER, SOURCES, SUMMING, WHOLE, adding
 from tests.support.teams import tree
 from tests.support.tiers import sweep
 
@@ -73,14 +73,40 @@ def test_memory_whole_numbers_and_sums_are_proved(source, style, goals, axioms, 
 
 
 @installed
-@pytest.mark.parametrize("style", ["nested", "ordered"])
-def test_what_is_remembered_beside_sums_is_proved(style, tmp_path):
-    """The contract says one of the actions with its updates; an update that belongs to none stays open."""
-    profile = adding(read(HEATER, tmp_path))
-    found = proven(style, profile=profile)
-    assert found.complete and found.goals == 61 and found.axioms == 0
-    wrong = proven(style, change=lambda text: once(text, ("heating = 1;", "heating = 0;")), profile=profile)
-    assert any("step_ensures_actions" in goal for goal in wrong.open_goals)
+@pytest.mark.parametrize(
+    ("source", "style", "goals", "axioms"),
+    [
+        ("heater", "nested", 61, 0),
+        pytest.param("heater", "ordered", 61, 0, marks=pytest.mark.slow),
+        ("pump", "nested", 120, 2),
+        pytest.param("timer", "ordered", 190, 5, marks=pytest.mark.slow),
+        pytest.param("tank", "nested", 365, 7, marks=pytest.mark.slow),
+    ],
+)
+def test_what_is_remembered_beside_sums_is_proved(source, style, goals, axioms, tmp_path):
+    """The contract says for each action what led to it, and its updates, those that count included."""
+    profile = read((SOURCES | SUMMING)[source], tmp_path)
+    profile = adding(profile) if source in SOURCES else profile
+    found = proven(style, profile=profile, steps=4 * STEPS)
+    assert found.complete and (found.goals, found.axioms) == (goals, axioms)
+
+
+IN_SUMS = {
+    "set": ("on = 1;", "on = 0;", "step_ensures_taken"),
+    "counted": ("held += 1;", "held += 2;", "step_ensures_taken"),
+    "counted too far": ("[IMPORTED_ACT_X_HELD] <= 0x1p+2", "[IMPORTED_ACT_X_HELD] <= 0x1.4p+2", "act_ensures_only"),
+    "another action": ("return IMPORTED_ACT_ACTION_1;", "return IMPORTED_ACT_ACTION_0;", "act_ensures_only"),
+}
+
+
+@installed
+@pytest.mark.slow
+@pytest.mark.parametrize("fault", sorted(IN_SUMS))
+def test_what_is_wrong_of_memory_beside_sums_stays_open(fault, tmp_path):
+    profile, (old, new, goal) = read(SUMMING["pump"], tmp_path), IN_SUMS[fault]
+    assert any(old in text for text in emit(profile, ["c"]).values())
+    wrong = proven("nested", change=lambda text: once(text, (old, new)), profile=profile, steps=4 * STEPS)
+    assert any(goal in each for each in wrong.open_goals)
 
 
 IN_MEMORY = {
