@@ -277,11 +277,12 @@ def test_beside_sums_it_is_said_what_is_remembered_with_each_action(name, tmp_pa
         assert held[chosen == int(action)].all() and not held.all()
 
 
-def test_what_is_observed_beside_memory_may_be_read_one_by_one(tmp_path):
+def test_what_is_observed_and_remembered_may_be_read_one_by_one(tmp_path):
     """Among facts of floats no solver finds it for two numbers and more."""
     (tmp_path / "act.c").write_text(PUMP)
     made, _ = contracts(maviper.from_file(tmp_path / "act.c"))
-    assert "requires \\valid_read(x + 0) && \\valid_read(x + 1);" in made.files[made.source]
+    asked = r"requires \valid(&state->held) && \valid(&state->on) && \valid_read(x + 0) && \valid_read(x + 1);"
+    assert asked in made.files[made.source]
 
 
 def test_sums_stand_in_order_of_bits_beside_plain_trees():

@@ -12,6 +12,7 @@ from codegen.agreement.compiled import find_compiler
 from codegen.errors import DisagreementError, InputError
 from codegen.importers.c.source import from_c
 from codegen.importers.origin import Names, profile_of
+from codegen.importers.reading import Said
 from codegen.importers.symbolic import memory
 from codegen.ir import leaves
 from maviper.team import Team
@@ -80,6 +81,24 @@ def test_what_tests_sums_beside_memory_acts_as_the_compiled_program_in_long_walk
         assert team.act(seen) == answer
         taken.add(answer)
     assert taken == {"pump": {0, 1}, "rising": {0, 1}, "timer": {0, 1, 2, 5, 6, 7}, "tank": {0, 1, 2}}[name]
+
+
+WRITTEN = """#pragma STDC FP_CONTRACT OFF
+typedef struct {{ float a, b; int level, cmd; }} io_t;
+typedef struct {{ int cmd; }} out_t;
+void act(const io_t *in, out_t *out) {{ out->cmd = in->a - in->b > 0.5f; }}
+int level(io_t *io) {{ io->cmd = io->a - io->b > 0.5f{}; return io->cmd; }}
+"""
+
+
+def test_a_whole_number_that_is_set_only_makes_no_doubles_of_floats():
+    """One that is observed, beside a member of the same struct that is set, does: float sums are none of doubles."""
+    alone = WRITTEN.format("").replace("int level, cmd; } io_t", "} io_t").partition("int level(")[0]
+    (policy,) = profile_of(from_c(alone.encode(), "act.c"), Names()).agents
+    assert policy.numbers == "float32" and policy.tree.sums
+    seen = WRITTEN.format(" && io->level > 70000").replace("void act", "static void act")
+    with pytest.raises(InputError, match="given doubles, or whole numbers of more than 16 bits"):
+        from_c(seen.encode(), "act.c", Said(run=False))
 
 
 STRUCT = """typedef struct { int mode; int n; } state_t;
