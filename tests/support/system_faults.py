@@ -212,6 +212,8 @@ TREES = [
     fault(branch_proofs, "decisions", "everybody decides as the first", BROKEN, changed(lambda each: each[:1] * len(each))),
     fault(reading, "either", "the first of two decisions", BROKEN, lambda f: lambda first, second: first),
     fault(reading, "prune_decision", "the other side of a known test", HELD, lambda f: lambda decision, known, holds: f(decision, known, not holds)),
+    fault(reading, "prune_decision", "another test goes right", BROKEN, line("left, right = prune_decision(decision.left", "left, right = prune_decision(decision.right")),
+    fault(reading, "either", "an action alone, where the other side tests", BROKEN, line("return either(second, first)", "return first")),
 ]  # fmt: skip
 WALK = [
     fault(branch_proofs, "alternatives", "of a union the first", BROKEN, changed(lambda parts: parts[:1])),

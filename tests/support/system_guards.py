@@ -100,6 +100,14 @@ def by_hand():
     unseen = System("plane", plane, {"a": {"f": Feature(form(y=1))}}, box(x=(0, 0), y=(-1, 1)), (aside,), 3)
     for bounds in ((F(-1, 2), 9), (-9, F(1, 2))):  # a test of what is not followed
         found.append((unseen, profile, stays(unseen, 1, x=bounds, y=(-8, 8))))
+    space = tuple(Variable(name, "1", (F(-9), F(9))) for name in "xyz")
+    still = Piece({}, {name: form(**{name: 1}) for name in "xyz"}, sideways)
+    seeing = {"a": {name: Feature(form(**{name: 1})) for name in "xyz"}}
+    spread = System("space", space, seeing, box(x=(-1, 1), y=(-1, 1), z=(-1, 1)), (still,), 1)
+    by_z = ((2, 0.0), 0, 1)
+    for left in (((0, 0.0), 0, 1), 1):  # what is not followed chooses between two tests, or a test and an action
+        chosen = team(policy("a", ["x", "y", "z"], ["go", "rest"], ((1, 0.0), left, by_z)))
+        found.append((spread, chosen, avoids(1, x=(F(3, 2), 2), z=(-1, 1))))
     twice = Piece({}, {"x": form(x=1, y=1), "y": form(x=1)}, {}, {})  # the start of x comes back by y
     coupled = System("coupled", plane, {"a": {"f": Feature(form(y=1))}}, box(x=(0, 1), y=(0, 0)), (twice,), 3)
     found.append((coupled, profile, avoids(2, x=(F(3, 2), 9))))
