@@ -144,16 +144,19 @@ def st_steps(text: str, rows: Floats | Float64, *, reset: bool = False) -> Int64
     """Answers of a function block, statement by statement for all observations, as `expected_answers`: each reaches the
     row's own. `rows`: [n, n_features], the last of which are remembered.
     """
-    inputs = re.findall(r"^    (\w+) : REAL;", text, re.MULTILINE)
+    inputs = dict(re.findall(r"^    (x_\w+) : (\w+);", text, re.MULTILINE))
     kept = dict(re.findall(r"^    (\w+) : DINT := (-?\d+);", text, re.MULTILINE))
-    state: dict[str, Any] = {name: rows[:, at].astype(np.float32) for at, name in enumerate(inputs)}
+    state: dict[str, Any] = {
+        name: rows[:, at].astype(np.float32 if kind == "REAL" else np.int64)
+        for at, (name, kind) in enumerate(inputs.items())
+    }
     state |= {name: rows[:, at].astype(np.int64) for at, name in enumerate(kept, len(inputs))}
     state |= {"reset": np.full(len(rows), reset), "act": np.full(len(rows), -1)}
     reached = [np.ones(len(rows), dtype=bool)]  # of each open IF, who is in the part that is read
     holding = list[Any]()
     for name, sign, literal, otherwise, ended, target, added, number in _ST.findall(text):
         if name:
-            limit = np.float32(literal or 0)
+            limit = np.float32(literal) if "." in literal else int(literal or 0)
             holding.append(state[name] < limit if sign == "<" else state[name] <= limit if sign else state[name])
             reached.append(reached[-1] & holding[-1])
         elif otherwise:

@@ -55,9 +55,11 @@ def emit_model(model: Model, profile: ir.PolicyProfile, targets: Iterable[str]) 
             raise InputError(f"unknown target '{target}'", "--target", "choose c, whose header is C++17 too")
         if target not in TARGETS:
             raise UnknownNameError("target", target, TARGETS, "--target")
-        if target in SINGLE and not model.single:
-            what = f"the target {target} has no float64 agents, and {model.doubled} compares float64"
-            raise InputError(what, "--target", f"leave {target} out, or import the tree with --numbers float32")
+        for agent in model.agents if target in SINGLE else ():
+            if not agent.single and not (agent.whole and target == "st"):
+                what = f"the target {target} has no float64 agents, and {agent.name} compares {agent.compared}"
+                otherwise = "" if agent.whole else ", or import the tree with --numbers float32"
+                raise InputError(what, "--target", f"leave {target} out{otherwise}")
         if target not in SUMMING:
             ensure_plain(profile, f"the target {target}", memory=True)
         if target in RECIPROCAL and model.divides:

@@ -108,14 +108,14 @@ def parsed(text):
 
 
 def run(text, rows, known=None):
-    """All variables of a block by name after a scan of each row; inputs are REAL. `known`: others, before the scan."""
+    """All variables of a block by name after a scan of each row; `known`: others, before the scan."""
     transform = pytest.importorskip("blark.transform")
     block = parsed(text)
-    inputs = [str(each) for each in re.findall(r"^    (x_\w+) : REAL;", str(block), re.MULTILINE)]
+    inputs = [str(each) for each in re.findall(r"^    (x_\w+) : \w+;", str(block), re.MULTILINE)]
     state = {name: rows[:, at] for at, name in enumerate(inputs)}
     state |= {
         name: np.zeros(len(rows), np.int32)
-        for name in re.findall(r"^    (\w+) : (?:INT|BOOL);", str(block), re.MULTILINE)
+        for name in re.findall(r"^    (?!x_)(\w+) : (?:INT|BOOL);", str(block), re.MULTILINE)
     }
     begun = re.findall(r"^    (\w+) : DINT := (-?\d+);", str(block), re.MULTILINE)
     state |= {name: np.full(len(rows), int(value)) for name, value in begun} | (known or {})
@@ -186,6 +186,44 @@ def test_blocks_that_remember_decide_alike_in_100_000_scans_of_another_parsers_t
         known = run(text, seen, {**({each: known[each] for each in names} if known else {}), "reset": reset})
         assert (known["act"] == wanted).all()
         assert (np.stack([known[each] for each in names], axis=1) == memory).all()
+
+
+WHOLE = """#include <stdint.h>
+int act(LEVEL level, FLOW flow) {
+    static int count = 0;
+    if (level == LEAST) return 3;
+    if (level < -100) { count = 0; return 1; }
+    if (level > 120 && flow == 1) { if (count < 5) count++; return 2; }
+    return flow >= 7 && count >= 3 ? 2 : flow > MOST ? 1 : 0;
+}"""
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize(
+    ("level", "flow", "kind", "least", "most"),
+    [("int8_t", "int8_t", "SINT", "-128", "126"), ("int16_t", "uint8_t", "INT", "INT16_MIN", "250"),
+     ("int32_t", "int32_t", "DINT", "INT32_MIN", "16777217")],
+)  # fmt: skip
+def test_whole_numbers_are_inputs_of_their_type_and_decide_alike(level, flow, kind, least, most):
+    words = {"LEVEL": level, "FLOW": flow, "LEAST": least, "MOST": most}
+    source = re.sub(r"\b(?:LEVEL|FLOW|LEAST|MOST)\b", lambda found: words[found[0]], WHOLE)
+    profile = profile_of(from_c(source.encode(), "act.c", Said(run=False)), Names())
+    ((policy, text),), rng = blocks(profile), np.random.default_rng(0)
+    assert re.findall(r" : (\w+);", text)[:2] == [kind, kind] and "." not in text.split("VAR_INPUT")[1]
+    assert str(np.iinfo(policy.whole).min) not in text.split("END_VAR")[-1]  # which is no literal of its type
+    threshold = np.concatenate([policy.tree.threshold[policy.tree.feature == each] for each in (0, 1)])
+    near = np.unique(np.add.outer(threshold, [-1, 0, 1]))
+    info = np.iinfo(policy.whole)
+    near = near[(near >= info.min) & (near <= info.max)]
+    seen = np.stack([rng.choice([*near, info.min, info.max], 100_000) for _ in range(2)], axis=1)
+    seen[:, 1] = np.clip(seen[:, 1], policy.features[1].low, policy.features[1].high)
+    memory = rng.integers(0, 6, (len(seen), 1))
+    wanted, after = step_memory(policy, memory, seen)
+    answered = run(text, seen, {"m_count": memory[:, 0], "reset": np.zeros(len(seen), bool)})
+    assert (answered["act"] == wanted).all() and (answered["m_count"] == after[:, 0]).all()
+    assert answered["valid"].all()
+    report = selfcheck.check_files(profile, emit(profile, ["st"]), random=1_000).ensure()
+    assert report.agreements
 
 
 def test_the_program_of_the_manual_is_read_with_its_block(profile):
