@@ -231,7 +231,10 @@ class Asked:
 
 def make_world_error(option: str) -> InputError:
     """Returns the error for an option that is about stated systems."""
-    return InputError(f"{option} has no effect without --system", option, "add --system FILE")
+    advice = "add --system FILE"
+    if option == "--since":
+        advice += "; of a game all is proved again: to check an earlier proof takes from a third as long as to find one"
+    return InputError(f"{option} has no effect without --system", option, advice)
 
 
 class Posed(NamedTuple):
