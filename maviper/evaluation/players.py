@@ -88,7 +88,7 @@ def find_player(text: Any, where: str, world: World | None) -> tuple[Player, Wor
     if physics and PHYSICS not in played.spec.options:
         played = moving(played, physics)
     if isinstance(world, Remembering) and not isinstance(played, Remembering):
-        expert, played = seeing(expert, played, LAST_ACTION)
+        expert, played = seeing(expert, played, world.group)
     if world and played.name != world.name:
         raise InputError("the expert plays another world", f"{where}: {text}: {played.name}, not {world.name}", _ADVICE)
     return Player(Path(text).name or text, EXPERT, getattr(expert, "hash", ""), expert), world or played

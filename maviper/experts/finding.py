@@ -444,7 +444,7 @@ def seeing(expert: Expert, world: World, features: str) -> tuple[Expert, World]:
     others, remembers = split_memory(f",{FEATURES}={features}")
     if remembers:
         expert, world = seeing(expert, world, plain_name(others)[1]) if others else (expert, world)
-        return Forgetful(expert, world), Remembering(world)
+        return Forgetful(expert, world), Remembering(world, remembers)
     if not isinstance(world, ParticleWorld):
         raise InputError("this world has no additional features", f"--features {features}", "leave them out")
     if FEATURES in world.spec.options:
@@ -466,7 +466,8 @@ def _resolve_expert(text: Any, world: World | None) -> tuple[Expert, World]:
     expert, played = _resolve_plain(text.replace(own, plain, 1) if remembers else text, inner)
     if not remembers and inner is world:
         return expert, played
-    return Forgetful(expert, played), world if world and played is inner else Remembering(played)
+    group = remembers or getattr(world, "group", "")
+    return Forgetful(expert, played), world if world and played is inner else Remembering(played, group)
 
 
 def _resolve_plain(text: Any, world: World | None) -> tuple[Expert, World]:

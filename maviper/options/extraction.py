@@ -19,7 +19,7 @@ from maviper.options.table import Option, table_of
 # named here, so that --help imports nothing else; a test compares them with the ones that there are
 PAPERS = "maviper, maviper-no-prediction, maviper-iviper-resampling, iviper, viper, imitation, fitted-q"
 ALGORITHMS = f"{PAPERS}, best-response, rgmdt"
-FEATURES = "velocity, goal, differences, signs, ahead, coasting, last_action (several with +)"
+FEATURES = "velocity, goal, differences, signs, ahead, coasting, last_action, time_since_change (several with +)"
 WHAT, EPISODES, LEARNS, HOW = "What is extracted", "Episodes", "What it learns from", "How it runs"
 PARTS, TUNING = "What the algorithm's name sets", "How rounds are chosen and ended"  # given by --set
 

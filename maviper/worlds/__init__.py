@@ -105,7 +105,7 @@ def _resolve_world(name: str | Callable[..., Any]) -> World:
         return PettingZooWorld(name, Source.of(name))
     plain, remembers = split_memory(name)
     if remembers:
-        return Remembering(_resolve_world(plain))
+        return Remembering(_resolve_world(plain), remembers)
     if not is_named_by_user(name):
         if OF_GYMNASIUM.fullmatch(name.partition(",")[0]):
             what = f"unknown world '{name}'"

@@ -40,7 +40,7 @@ ADVICE = 'write NAME = "UNIT", or NAME = { unit = "UNIT", range = [LOW, HIGH] }'
 def with_names(world: World, path: Path) -> World:
     """The world with the features that a file names. InputError or UnknownNameError where the file does not fit it."""
     if isinstance(world, Remembering):
-        return Remembering(with_names(world.plain, path))
+        return Remembering(with_names(world.plain, path), world.group)
     if isinstance(world, ParticleWorld):
         raise InputError(
             "the features of our own games have names and meanings", f"{OPTION}: {world.name}", "leave it out"

@@ -8,11 +8,15 @@ import pytest
 from gymnasium.spaces import Box, Discrete
 
 import maviper
+from codegen import ir
 from codegen.errors import InputError
+from codegen.lowering.deploy import deploy_tree
+from codegen.memory import step_memory
 from maviper import worlds
+from maviper.episodes.trees import agent_policies, reopen_tree
 from maviper.evaluation.players import find_player
 from maviper.worlds import checking
-from maviper.worlds.remembering import LAST_ACTION, Remembering, split_memory
+from maviper.worlds.remembering import LAST_ACTION, SINCE_CHANGE, Remembering, split_memory
 
 QUICK = {"max_depth": 2, "iterations": 2, "rollouts": 10, "held_out": 10, "selection_episodes": 10}
 STEPS = 12
@@ -184,8 +188,8 @@ def test_a_last_action_is_kept_where_an_agent_does_not_act():
 
 
 def test_names_with_memory():
-    assert split_memory("a,features=velocity+last_action,b=1") == ("a,b=1,features=velocity", True)
-    assert split_memory("a,features=velocity") == ("a,features=velocity", False)
+    assert split_memory("a,features=velocity+last_action,b=1") == ("a,b=1,features=velocity", LAST_ACTION)
+    assert split_memory("a,features=velocity") == ("a,features=velocity", "")
     name = "physical-deception,features=last_action"
     assert worlds.find(name).name == name
     assert not [each for each in checking.check(f"{name}") if each.mark is checking.Mark.WRONG]
@@ -196,3 +200,99 @@ def test_what_cannot_remember_is_refused():
         worlds.find("physical-deception,continuous=1,features=last_action")
     with pytest.raises(InputError, match="the place of a last action is none"):
         maviper.extract(alternate, world=blink, features=LAST_ACTION, splits="sums", **QUICK)
+
+
+PERIOD, ROUNDS = 3, 8
+
+
+class Signal(Blink):
+    """A lamp that shall change in every third step. It sees how many steps have gone."""
+
+    observation_space = Box(np.float32([0]), np.float32([PERIOD * ROUNDS]), dtype=np.float32)
+    max_cycles = PERIOD * ROUNDS
+
+    def step(self, action):
+        right, self.gone = float(action == (self.gone + 1) // PERIOD % 2), self.gone + 1
+        return np.array([self.gone], np.float32), right, False, self.gone == self.max_cycles, {}
+
+
+def signal():
+    return Signal()
+
+
+def by_steps(agent, rows):
+    return (rows[:, 0].astype(int) + 1) // PERIOD % 2
+
+
+@pytest.fixture(scope="module")
+def timed():
+    return maviper.extract(by_steps, world=signal, features=f"{SINCE_CHANGE}:5", **QUICK)
+
+
+def walk(team):
+    team.reset()
+    return [int(team.act(np.array([gone], np.float32))) for gone in range(PERIOD * ROUNDS)]
+
+
+def test_steps_since_a_change_are_remembered_as_well(timed, tmp_path):
+    (policy,) = timed.agents
+    assert [(each.name, each.high) for each in policy.memory] == [(LAST_ACTION, 1), (SINCE_CHANGE, 5)]
+    assert timed.provenance.evaluation["agent return"] == PERIOD * ROUNDS
+    right = [(gone + 1) // PERIOD % 2 for gone in range(PERIOD * ROUNDS)]
+    again = maviper.load(timed.save(tmp_path / "timed.json"))
+    assert walk(timed) == walk(timed) == walk(again) == right
+    assert maviper.evaluate(again, world=signal, episodes=5, expert=by_steps)["agent", "return"].value == len(right)
+    made = maviper.compile(timed, ["python", "c"])
+    module = {}
+    exec(next(text for name, text in made.files.items() if name.endswith(".py")), module)
+    machine = next(each for name, each in module.items() if name.startswith("Machine_"))()
+    assert [machine.step([gone]) for gone in range(PERIOD * ROUNDS)] == right
+
+
+def test_a_leaf_that_does_not_know_whether_it_repeats_asks():
+    """Every tree that is deployed remembers as the world does, wherever its tests leave the last action open."""
+    world = worlds.find(f"cooperative-navigation,features={SINCE_CHANGE}:3")
+    count, last = len(world.actions[0]), len(world.features[0]) - 2
+    rng, features = np.random.default_rng(0), [0, last, last + 1]
+    for _ in range(20):
+        feature = np.array([rng.choice(features), rng.choice(features), -1, -1, -1])
+        line = np.array([rng.integers(0, 4) + 0.5, rng.integers(0, 4) + 0.5, 0, 0, 0])
+        action = np.array([-1, -1, *rng.integers(0, count, 3)])
+        children = np.array([1, 2, -1, -1, -1]), np.array([4, 3, -1, -1, -1])
+        grown = ir.GrownTree(feature, line, *children, action)
+        deployed = world.deploy(0, grown)
+        (policy,) = agent_policies(world, [grown], [0])
+        assert world.remembers_alike(policy)
+        rows = rng.uniform(-2, 2, (400, len(world.features[0]))).astype(np.float32)
+        rows[:, last], rows[:, last + 1] = rng.integers(0, count, 400), rng.integers(0, 4, 400)
+        acts = deploy_tree(grown).action[ir.apply(deploy_tree(grown), rows)]
+        chosen, after = step_memory(policy, rows[:, last:].astype(int), rows[:, :last])
+        repeats = acts == rows[:, last]
+        assert (chosen == acts).all()
+        assert (after == np.stack([acts, np.where(repeats, np.minimum(rows[:, -1] + 1, 3), 0)], axis=1)).all()
+        assert len(world.deploy(0, reopen_tree(policy)).action) == len(deployed.action)
+
+
+def test_claims_name_the_steps(tmp_path):
+    file = tmp_path / "heater.toml"
+    formula = "heater.time_since_change <= {} or acts(heater) == on or heater.last_action <= 0 or t > 30"
+    claims = "".join(f'[[claim]]\nformula = "{formula.format(most)}"\n' for most in (4, 3))
+    file.write_text(HEATER.partition("[[claim]]")[0] + claims)
+    team = maviper.extract(keep, world=f"system:{file}", features=f"{SINCE_CHANGE}:4", **QUICK)
+    assert [each.name for each in team["heater"].features] == ["t", LAST_ACTION, SINCE_CHANGE]
+    found = maviper.verify_system(team, file)
+    assert [str(each.verdict) for each in found] == ["PROVED", "VIOLATED"]
+
+
+def test_bounds_of_steps():
+    for wrong in ("0", "x", "-1", "1.5", "1000001", ""):
+        with pytest.raises(InputError, match="names no feature with a bound"):
+            worlds.find(f"physical-deception,features={SINCE_CHANGE}:{wrong}")
+    with pytest.raises(InputError, match="names no feature with a bound"):
+        worlds.find(f"physical-deception,features={LAST_ACTION}:3")
+    name = f"physical-deception,features=goal+{SINCE_CHANGE}"
+    assert worlds.find(name).name == name and worlds.find(name).bound == 60
+    assert split_memory(f"a,features={SINCE_CHANGE}:7+velocity+{LAST_ACTION}") == (
+        "a,features=velocity",
+        f"{SINCE_CHANGE}:7",
+    )
