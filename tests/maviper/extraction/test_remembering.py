@@ -284,6 +284,13 @@ def test_claims_name_the_steps(tmp_path):
     assert [str(each.verdict) for each in found] == ["PROVED", "VIOLATED"]
 
 
+def test_other_steps_than_those_that_are_remembered_are_refused(tmp_path):
+    file = tmp_path / "heater.toml"
+    file.write_text(HEATER.replace('last_action = "', 'time_since_change = "0*t"\nlast_action = "'))
+    with pytest.raises(InputError, match="observes a time_since_change of 0, and it repeats for 1"):
+        maviper.extract(lambda agent, rows: keep(agent, rows[:, [0, 2]]), world=f"system:{file}", features=SINCE_CHANGE)
+
+
 def test_bounds_of_steps():
     for wrong in ("0", "x", "-1", "1.5", "1000001", ""):
         with pytest.raises(InputError, match="names no feature with a bound"):
