@@ -12,7 +12,7 @@ are skipped. A function whose floating numbers are all `double` compares float64
 # pyright: basic
 # pycparser's nodes have no declared attributes
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -234,7 +234,7 @@ class _Follower(Machine):
         begun, self.resets = self._find_kept(parameters, kept)
         self.inputs = self.observed = Inputs(parameters, self.make_error, tuple(begun))
         if setting:
-            self.inputs = self.observed = replace(self.inputs, unseen=self.list_set())
+            self.inputs = self.observed = replace(self.inputs, unseen=self.list_set(kept))
         self.numbers = self.arithmetic.numbers = self.observed.numbers
         self.memories, self.arithmetic.memories = self._begin(begun, kept), len(begun)
 
@@ -307,15 +307,26 @@ class _Follower(Machine):
                 return name if list_parts(target, self.function.decl.name, self.functions) else ""
         return ""
 
-    def list_set(self) -> list[Place]:
-        """The members of the caller's structs that the function sets, by their names."""
+    def list_set(self, kept: Collection[str]) -> list[Place]:
+        """What may be set and not observed: numbers and members of the caller's structs that the function sets, by
+        their names, and all members of those that are remembered.
+        """
         name, found = self.function.decl.name, list[Place]()
         for each in _collect_written(name, self.functions, frozenset()) & {*self.observed.parameters}:
             type_, place = self.observed.parameters[each], Place(each)
-            if isinstance(type_, Pointer) and isinstance(type_.to, Record):
-                parts = list_parts(Object(place, type_.to), name, self.functions)
+            if isinstance(type_, Pointer) and isinstance(type_.to, Record | Kind):
+                target = Object(place, type_.to)
+                parts = target.parts() if each in kept else list_parts(target, name, self.functions)
                 found += [Place(each, (*more, *part.place.way)) for part in parts for more in ((), (0,))]
         return found
+
+    def reads_set(self) -> bool:
+        """Returns True if what was taken to be set only is observed, and makes the numbers others."""
+        read = self.observed.read
+        unread = [
+            each for each in self.observed.unseen if each not in read and Place(each.base, (0, *each.way)) not in read
+        ]
+        return self.observed.choose_numbers(unread) != self.numbers
 
     def ensure_settled(self, kept: Mapping[str, str]) -> None:
         """InputError for a member of a struct of the caller's that was taken as remembered, and that no path sets."""
@@ -411,7 +422,7 @@ def _call_part(place: Place, kept: Mapping[str, str]) -> str:
 def _origin(
     name: str, parsed: Any, text: Expanded, where: str, said: Said, hoisted: Mapping[str, str]
 ) -> tuple[Origin, Asked]:
-    kept, memories, setting = dict[str, str](), None, False
+    kept, memories, setting = dict[str, str](), None, True
     while True:  # again, where a path leaves the ranges of what is remembered, or remembers more
         machine = _Follower(name, parsed, text, where, kept, said, setting=setting)
         memories = machine.memories = memories or machine.memories
@@ -428,16 +439,15 @@ def _origin(
             name_read = machine.find_read_and_set(kept)
             if name_read:
                 kept[name_read] = name_read
-            elif not setting and machine.observed.choose_numbers(machine.list_set()) != machine.numbers:
-                setting = True  # sums of float may stand beside an int that is set only
+            elif setting and machine.reads_set():
+                setting = False
             else:
                 raise memories.explain_error(error) from None
             memories = None
         else:
-            if setting and machine.observed.choose_numbers() != machine.numbers:
-                what = "a member is observed, and one of that name is set"
-                raise machine.make_error(what, "observe a struct that is const")
-            if not memories.widen():
+            if setting and machine.reads_set():
+                setting, memories = False, None
+            elif not memories.widen():
                 machine.ensure_settled(kept)
                 vars(machine).clear()  # its circles would keep the syntax tree, in which circles are then looked for
                 return followed

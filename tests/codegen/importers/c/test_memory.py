@@ -96,6 +96,10 @@ def test_a_whole_number_that_is_set_only_makes_no_doubles_of_floats():
     alone = WRITTEN.format("").replace("int level, cmd; } io_t", "} io_t").partition("int level(")[0]
     (policy,) = profile_of(from_c(alone.encode(), "act.c"), Names()).agents
     assert policy.numbers == "float32" and policy.tree.sums
+    only_set = "typedef struct { int heat; } out_t;\nvoid act(float t, out_t *out) { out->heat = t < 18.5f; }"
+    for source in (only_set, only_set.replace("out_t *", "int *").replace("out->heat", "*out")):
+        (policy,) = profile_of(from_c(source.encode(), "act.c", Said(run=False)), Names()).agents
+        assert policy.numbers == "float32"
     seen = WRITTEN.format(" && io->level > 70000").replace("void act", "static void act")
     with pytest.raises(InputError, match="given doubles, or whole numbers of more than 16 bits"):
         from_c(seen.encode(), "act.c", Said(run=False))
@@ -134,7 +138,9 @@ RESULT heat(state_t *s, float celsiusGIVEN) {
 def test_a_struct_may_be_set_before_the_first_path_that_reads_it(result, given, answer, end):
     written = {"RESULT": result, "GIVEN": given, "ANSWER": answer, "RETURN": end}
     source = re.sub("|".join(written), lambda found: written[found[0]], SET_FIRST)
-    team = Team.of(profile_of(from_c(source.encode(), "heat.c"), Names()))
+    profile = profile_of(from_c(source.encode(), "heat.c"), Names())
+    team = Team.of(profile)
+    assert profile.agents[0].numbers == "float32"  # an int that nothing observes makes no doubles of floats
     assert [team.act([x]) for x in (20, 22, 20, 18, 20)] == [1, 0, 0, 1, 1]
 
 
