@@ -23,7 +23,7 @@ from maviper.extraction.settings import BUNDLES, KNOWN, PARTS
 from maviper.verification.starters import list_properties
 from maviper.worlds import WORLDS, ParticleWorld, find, options_of
 from maviper.worlds.games.features import GROUPS
-from maviper.worlds.remembering import LAST_ACTION
+from maviper.worlds.remembering import LAST_ACTION, SINCE_CHANGE
 from tests.benchmarks import compact, trusted
 from tests.support import pictures
 from tests.support.verifying import every_command
@@ -139,7 +139,8 @@ def first_column(page, heading):
 
 def test_algorithms_features_targets_and_verdicts_are_all_there():
     assert sorted(first_column(manual.page("extraction"), "## Algorithms")) == sorted(KNOWN)
-    assert sorted(first_column(manual.page("extraction"), "## Features")) == sorted([*GROUPS, LAST_ACTION])
+    remembered = [LAST_ACTION, SINCE_CHANGE]
+    assert sorted(first_column(manual.page("extraction"), "## Features")) == sorted([*GROUPS, *remembered])
     targets = manual.page("compiling").partition("\n## Targets\n")[2].partition("\n## ")[0]
     assert set(TARGETS) <= set(re.findall(r"`([\w-]+)`", targets))
     assert first_column(manual.page("verdicts"), "# " + manual.topics()["verdicts"]) == [each.value for each in Verdict]

@@ -190,6 +190,7 @@ ODD = {
     "alias": "self.n = 0|me = self|if x > 0: me.n = 1 - me.n|return self.n",
     "clipped": "self.n = 0|was = self.n|self.n = max(0, min(3, int(x)))|return was",
     "negated": "self.n = -3|if x > 0: self.n = -self.n|return self.n > 0",
+    "compared": "self.n = 2|if x > self.n and self.n < 4: self.n += 1|return self.n",
     "texts": "self.s, self.t = 'ab'|if x > 0: self.s = self.t|if x > 2: self.t = 'c'|return self.s + self.t",
 }
 REFUSED = {
@@ -200,7 +201,6 @@ REFUSED = {
     "self.h = (0, 0)|self.h = (self.h[1], x > 0)|return self.h[0]": "no whole number, text, bool or member: h",
     "self.h = [0, 0]|self.h[0] = 1|return self.h[0]": "changes something that outlives the decision",
     "self.h = [0]|self.h.append(x > 0)|return self.h[-1]": "changes something that outlives the decision",
-    "self.n = 2|if x > self.n and self.n < 4: self.n += 1|return self.n": "two features are compared",
     "self.n = 250|self.n = (self.n + 100) % 256|return self.n > 127": "mod of a feature",
     "self.n = 1|if x > 0: self.n = None|return 5 if self.n is None else 6": "'n' is set to None, and remembered",
     "self.n = 8|if x > 0: self.n = self.n / 2|return self.n": "no sum of weighted features",

@@ -93,7 +93,7 @@ REFUSED = [
     ("def act(x, seen=[]):\n    seen.append(1)\n    return len(seen) if x[0] > 0 else 0\n", 2, "outlives"),
     ("import random\ndef act(x):\n    return random.choice([1, 2])\n", 3, "a random number is drawn"),
     ("class A:\n    def __init__(self):\n        self.n = 0\n    def act(self, x):\n        self.n += 1\n"
-     "        return 1 if self.n > x[0] else 0\n", 6, "two features are compared"),
+     "        return 1 if self.n > x[0] else 0\n", 6, "what is remembered is compared with a feature"),
     (ACT + "    raise ValueError\n    return 0\n", 2, "an error is raised"),
     (ACT + "    return [1, 2][5] if x[0] > 0 else 0\n", 2, "list index out of range"),
     (ACT + "    return f(*x)\ndef f(a, b):\n    return a > b\n", 2, "f(*x) is not understood"),
