@@ -13,6 +13,7 @@ import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from typing import Any
@@ -63,7 +64,7 @@ NEGATE = Step("negated", operator.neg, FALLING, form=("*", -1))
 TEST_ADVICE = "compare one feature, or a sum of features, with a number"
 ROUNDINGS = "a product and a sum may be rounded once or twice, as the compiler likes"
 CONTRACTED = "say #pragma STDC FP_CONTRACT OFF, and build with -ffp-contract=off, since gcc ignores the pragma"
-OF_ENUM = "an enum {} a negative number, which compilers read differently"
+OF_ENUM = "an enum {} what may be a negative number, which compilers read differently"
 RANGE_ADVICE = "give the parameter a type that it fits, such as int16_t, or test its range first"
 FLOAT_ADVICE = "return where it is too large or too small: if (!(x > -1000 && x < 1000)) return 0;"
 SET_ADVICE = "write a number of the type"
@@ -214,15 +215,17 @@ class Arithmetic:
         if sign == "!":
             known = value if isinstance(value, Number) else None
             return Number(int(known.value == 0), INT) if known else Condition(lambda: not self.truth(value))
+        enums = self.plain(value).kind == kinds.ENUM
         given = self._promote_number(self.plain(value))
         kind = given.kind
         if sign == "+":
-            return given
+            return self.plain(value) if enums else given
         if kind.floating and sign == "~":
             raise self.make_error("bits of a float are used", TEST_ADVICE)
         if kind.floating:
             return Number(-given.value, kind) if isinstance(given, Number) else _then(given, NEGATE)
-        return self._whole("-", Number(0 if sign == "-" else -1 if kind.signed else kind.high, kind), given, kind)
+        whole = self._whole("-", Number(0 if sign == "-" else -1 if kind.signed else kind.high, kind), given, kind)
+        return self._make_of(enums, whole)
 
     def _promote_number(self, given: Number | Symbol) -> Number | Symbol:
         if given.kind != kinds.ENUM and given.kind.rank >= INT.rank:
@@ -269,12 +272,23 @@ class Arithmetic:
             return Condition(lambda: self._holds(feature, sign, number))
         if kind.floating:
             return self._floating(sign, one, other, kind)
-        whole = self._whole(sign, one, other, kind)
+        return self._make_of(enums, self._whole(sign, one, other, kind))
+
+    def _make_of(self, enums: bool, whole: Value) -> Value:
+        """A whole number, which an enum made, or did not. One that did is unsigned where compilers like it."""
         self._ensure_natural("makes" if enums else "", whole)
-        return whole
+        if not enums or not isinstance(whole, Number | Symbol) or whole.kind != INT:
+            return whole
+        return replace(whole, kind=kinds.ENUM)
 
     def _ensure_natural(self, does: str, *values: Value) -> None:
-        if does and any(isinstance(each, Number) and each.value < 0 for each in values):
+        for each in values if does else ():
+            if isinstance(each, Symbol):
+                least = 0 if each.kind.floating else self.ends(each.feature)[0]
+            else:
+                least = each.value if isinstance(each, Number) else 0
+            if least >= 0:
+                continue
             raise self.make_error(OF_ENUM.format(does), "convert it to int")
 
     def _floating(self, sign: str, one: Number | Symbol, other: Number | Symbol, kind: Kind) -> Value:
@@ -413,7 +427,8 @@ class Arithmetic:
     def _add_whole(self, sign: str, one: Symbol, other: Symbol) -> Feature:
         """A sum or difference of whole numbers, which floats have exactly."""
         single = self.numbers == FLOAT32
-        plain = [Feature(each.feature.place, each.feature.steps[1:]) for each in (one, other)]
+        given = [each.feature for each in (one, other)]  # the first step of an input makes it whole; sums have no such
+        plain = [each if each.place >= SUMS else Feature(each.place, each.steps[1:]) for each in given]
         total = self._add_features(sign, plain[0], plain[1], FLOAT if single else DOUBLE)
         most = 2**16 if single else 2**32  # of an input: `Kind.fits_float32`
         if _largest(self.sums.known[total.place - SUMS].terms, most) > (2**24 if single else 2**53):

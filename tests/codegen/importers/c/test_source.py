@@ -211,6 +211,9 @@ REFUSED = [
     ("int f(float x)\n{ /* return 1; }", 2, "comment has no end"),
     ("int f(float x)\n{ return 1 }", 2, "not C that is understood"),
     ("int f(float x)\n{ return '12'; }", 2, "number is not read: '12'"),
+    ("enum e { A, B };\nint f(short x)\n{ enum e e = x > 3 ? B : A; return x < 2 * e + 1; }", 3, "negative number"),
+    ("enum e { A, B };\nint f(enum e e, short x)\n{ return x < e; }", 3, "negative number"),
+    ("enum e { A, B };\nint f(enum e e)\n{ return -e < 0; }", 3, "negative number"),
     ("int f(int x)\n{ enum e { A, B } e = A; return e - 1 < 0 ? x > 1 : 0; }", 2, "negative number"),
     ("int f(float x)\n{ return x * 0.1f + 0.1f > 0.7f; }", 2, "rounded once or twice"),
     ("void f(double *x, double *y)\n{ double v[2]; memcpy(v, (double[]){1, 0}, 1 * sizeof(double));\n"

@@ -9,6 +9,7 @@ from codegen import ir
 from codegen.errors import InputError
 from codegen.importers.c.source import from_c
 from codegen.importers.origin import Names, profile_of
+from codegen.importers.reading import Said
 from tests.support import sum_sources
 from tests.support.c_libraries import library
 from tests.support.sum_sources import rows_of
@@ -104,3 +105,11 @@ def test_products_of_floats_in_double_are_exact_so_that_nothing_can_be_joined():
     ):
         with pytest.raises(InputError, match="rounded once or twice"):
             taken(f"double act(const double *x) {{ return {joined}; }}\n")
+
+
+def test_a_number_that_is_added_to_a_difference_of_whole_numbers_stays():
+    text = "int act(short x, short y, short w) { return 2 * x + y > w - y + 5; }"
+    (policy,) = profile_of(from_c(text.encode(), "act.c", Said(run=False)), Names()).agents
+    rows = np.random.default_rng(0).integers(-6, 7, (20_000, 3))
+    x, y, w = rows.T
+    assert (ir.act(policy, rows) == (2 * x + y > w - y + 5)).all()
