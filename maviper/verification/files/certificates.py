@@ -16,7 +16,6 @@ from pathlib import Path
 
 import msgspec
 
-from codegen.deciding import name_with_updates
 from codegen.errors import InputError, RefusedError, escape_text
 from codegen.ir import PolicyProfile
 from codegen.rows import Shown
@@ -62,7 +61,7 @@ def _write_formula(formula: Formula, profile: PolicyProfile) -> str:
             parts = [name if weight == 1 else f"{plain(weight)} * {name}" for weight, name in terms]
             return f"{' + '.join(parts) or '0'} {'<' if strict else '<='} {plain(bound)}"
         case Acts(agent, action):
-            return f"acts({agent}) == {name_with_updates(profile.policy(agent).actions[action])}"
+            return f"acts({agent}) == {profile.policy(agent).actions[action].name}"
         case Goal(landmark):
             return f"goal == {landmark}"
         case Not(part):

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from codegen.deciding import name_with_updates
 from codegen.errors import InputError, RefusedError, UnknownNameError, escape_text
 from codegen.ir import PolicyProfile
 from maviper.files import runs
@@ -67,7 +68,7 @@ def ensure_plays(profile: PolicyProfile, statement: Statement) -> None:
 
 def sentence(claim: SystemClaim, statement: Statement, profile: PolicyProfile) -> str:
     """A claim in words, with its numbers. Statement and profile: as proofs read them."""
-    actions = {policy.agent: [action.name for action in policy.actions] for policy in profile.agents}
+    actions = {policy.agent: list(map(name_with_updates, policy.actions)) for policy in profile.agents}
     return spell_claim(claim, actions, {variable.name: variable.range for variable in statement.system.variables})
 
 

@@ -13,6 +13,7 @@ from codegen.importers.c.source import from_c
 from codegen.importers.origin import Names, profile_of
 from codegen.importers.reading import Said
 from codegen.memory import step_memory, tabulate_updates
+from maviper.worlds.stated.certified import sentence
 from tests.support.remembering import PUMP, SOURCES, SUMMING, make_world
 from verify.checker.accept import accept
 from verify.reports.systems import facts, lines
@@ -67,6 +68,7 @@ def test_a_heater_with_hysteresis_is_warm_for_ever_and_a_bound_too_narrow_is_bro
     certificate, known = verified.results[0].evidence.certificate, verified.results[1].evidence.counterexample
     statement, played = as_played(statement_of(world.read_text(), "room.toml"), profile)
     assert accept(certificate, played, statement.system) > 0
+    assert "acts(act) == heat (heating := 1)" in sentence(verified.results[2].claim, statement, played)  # of `check`
     on, t = False, known.states[0]["t"]  # the C by hand, in exact numbers
     for state in known.states[1:]:
         seen = np.float32(float(t))
