@@ -52,7 +52,7 @@ from codegen.importers.symbolic.feature import (
     Step,
     Sums,
 )
-from codegen.importers.symbolic.paths import IN_SUM, Growth
+from codegen.importers.symbolic.paths import IN_SUM, Growth, ask_whole
 from codegen.ir import CONSTANT
 from codegen.sums import DOUBLE_SUMS, Sum, Weight
 
@@ -124,10 +124,8 @@ class Arithmetic:
         least, most = self.ends(given.feature)
         if most - least >= MAX_VALUES:
             return given
-        while least < most:
-            middle = (least + most) // 2
-            least, most = (least, middle) if self._holds(given.feature, "<=", middle) else (middle + 1, most)
-        return Number(least, given.kind)
+        feature = given.feature
+        return Number(ask_whole(least, most, lambda number: self._holds(feature, "<=", number)), given.kind)
 
     def _resolve_memory(self, given: Symbol) -> Number | Symbol:
         """A number in place of what is computed of a memory, which is asked; any other one as it is."""
@@ -137,10 +135,8 @@ class Arithmetic:
         least, most = self._ensure_paths().whole_ends(place)
         if most - least > MAX_VALUES:
             raise self.make_error(*IN_SUM)
-        while least < most:
-            middle = (least + most) // 2
-            least, most = (least, middle) if self._holds(Feature(place), "<=", middle) else (middle + 1, most)
-        return Number(kind.float_type(given.feature.value(float(least))), kind)
+        held = ask_whole(least, most, lambda number: self._holds(Feature(place), "<=", number))
+        return Number(kind.float_type(given.feature.value(float(held))), kind)
 
     # --- conversions
 

@@ -55,7 +55,7 @@ from codegen.importers.python.library import (
 from codegen.importers.reading import FLOATS
 from codegen.importers.symbolic.feature import Feature, Step, Sums, Test, is_whole
 from codegen.importers.symbolic.memory import MAX_MEMBERS, RemembersError
-from codegen.importers.symbolic.paths import IN_SUM, MANY_PATHS, MAX_CALLS, MAX_STEPS, STATE_ADVICE
+from codegen.importers.symbolic.paths import IN_SUM, MANY_PATHS, MAX_CALLS, MAX_STEPS, STATE_ADVICE, ask_whole
 from codegen.importers.symbolic.statements import End, Executor, Open, Scope, link_statements
 
 MAX_SHOWN = 60
@@ -563,11 +563,7 @@ class Machine(Executor):
     def _ask_slot(self, at: int) -> int:
         """The number that a memory holds on this path, by its place."""
         assert self.paths is not None
-        low, high = self.paths.whole_ends(at)
-        while low < high:
-            middle = (low + high) // 2
-            low, high = (low, middle) if self.holds(Test(Feature(at), "<=", middle)) else (middle + 1, high)
-        return low
+        return ask_whole(*self.paths.whole_ends(at), lambda number: self.holds(Test(Feature(at), "<=", number)))
 
     def resolve_memory(self, value: Any) -> Any:
         """A number in place of what is computed of a memory, which is asked; anything else as it is."""

@@ -225,6 +225,14 @@ class Growth:
         return inside
 
 
+def ask_whole(low: int, high: int, is_at_most: Callable[[int], bool]) -> int:
+    """The whole number from `low` to `high` that a path holds, which is asked by halves."""
+    while low < high:
+        middle = (low + high) // 2
+        low, high = (low, middle) if is_at_most(middle) else (middle + 1, high)
+    return low
+
+
 # --- smaller trees
 
 
